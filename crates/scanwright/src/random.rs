@@ -1,7 +1,7 @@
 //! The only home of randomness: named streams that depend on seed, stage and index alone.
 
-use rand_chacha::rand_core::{Rng as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng};
 
 /// A reproducible random stream.
 #[derive(Debug, Clone)]
@@ -11,7 +11,9 @@ impl Rng {
     /// The stream of task `index` of `stage` under `seed`; independent of thread count and order.
     pub fn for_task(seed: u64, stage: &str, index: u64) -> Self {
         // FNV-1a of the stage's name: a fixed hash, unlike the standard library's.
-        let hash = stage.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let hash = stage
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let mut bytes = [0; 32];
         bytes[..8].copy_from_slice(&seed.to_le_bytes());
         bytes[8..16].copy_from_slice(&hash.to_le_bytes());

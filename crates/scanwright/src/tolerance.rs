@@ -37,7 +37,10 @@ impl Tolerances {
     pub fn new(measured: Measured, gap: Option<f64>) -> Self {
         let rounding = Self::REL_ROUNDING * measured.largest_coordinate;
         // A gap below the rounding of the input could never be met: ten roundings leave room for arithmetic.
-        let gap = gap.unwrap_or(Self::GAP_PER_SPACING * measured.spacing).max(10.0 * rounding).max(f64::MIN_POSITIVE);
+        let gap = gap
+            .unwrap_or(Self::GAP_PER_SPACING * measured.spacing)
+            .max(10.0 * rounding)
+            .max(f64::MIN_POSITIVE);
         Self { measured, gap }
     }
 

@@ -16,6 +16,7 @@ const RANKS: &[&[&str]] = &[
     &["brep"],
     &["step", "deviation", "render"],
     &["pipeline"],
+    &["report"],
 ];
 
 #[test]

@@ -1,1 +1,10 @@
+//! All integration tests, one binary.
+
 mod architecture;
+mod brep;
+mod close;
+mod condition;
+mod denoise;
+mod picture;
+mod readers;
+mod step;

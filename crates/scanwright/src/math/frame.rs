@@ -56,7 +56,10 @@ impl Frame {
 
     /// The point with coordinates `local` in this frame.
     pub fn global(&self, local: &Vec3) -> Point3 {
-        self.origin + self.x.into_inner() * local.x + self.y.into_inner() * local.y + self.z.into_inner() * local.z
+        self.origin
+            + self.x.into_inner() * local.x
+            + self.y.into_inner() * local.y
+            + self.z.into_inner() * local.z
     }
 }
 

@@ -101,7 +101,10 @@ fn attempt<const N: usize, S: Clone>(
 }
 
 /// Solves a symmetric positive definite system by Cholesky decomposition, `None` when it is not one.
-pub fn solve_spd<const N: usize>(mut a: SMatrix<f64, N, N>, mut b: SVector<f64, N>) -> Option<SVector<f64, N>> {
+pub fn solve_spd<const N: usize>(
+    mut a: SMatrix<f64, N, N>,
+    mut b: SVector<f64, N>,
+) -> Option<SVector<f64, N>> {
     for j in 0..N {
         for k in 0..j {
             let l_jk = a[(j, k)];

@@ -6,7 +6,7 @@ mod frame;
 pub mod least_squares;
 pub mod stats;
 
-pub use frame::{any_perpendicular, Axis, Frame};
+pub use frame::{Axis, Frame, any_perpendicular};
 
 use nalgebra::SymmetricEigen;
 

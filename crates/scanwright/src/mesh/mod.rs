@@ -39,7 +39,9 @@ impl Mesh {
 
     /// Unit normal of every triangle; zero where the area is zero.
     pub fn triangle_normals(&self) -> Vec<Vec3> {
-        (0..self.triangles.len()).map(|t| self.cross(t).try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect()
+        (0..self.triangles.len())
+            .map(|t| self.cross(t).try_normalize(0.0).unwrap_or_else(Vec3::zeros))
+            .collect()
     }
 
     /// Area-weighted unit normal of every vertex; zero where no triangle gives one.

@@ -1,4 +1,4 @@
-use crate::math::{any_perpendicular, try_unit, Axis, Point3, UnitVec3};
+use crate::math::{Axis, Point3, UnitVec3, any_perpendicular, try_unit};
 
 /// One nappe of a right circular cone: the half where the radius is positive.
 ///

@@ -1,4 +1,4 @@
-use crate::math::{any_perpendicular, try_unit, Axis, Point3, UnitVec3};
+use crate::math::{Axis, Point3, UnitVec3, any_perpendicular, try_unit};
 
 /// A right circular cylinder, unbounded.
 #[derive(Debug, Clone, Copy, PartialEq)]

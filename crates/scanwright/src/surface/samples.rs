@@ -41,7 +41,11 @@ pub fn point_at(surface: &Surface, u: f64, v: f64) -> Point3 {
         }
         Surface::Cone(s) => {
             let radius = s.radius + v * s.half_angle.tan();
-            Frame::from_z(s.axis.origin, s.axis.direction).global(&Vec3::new(radius * cos_u, radius * sin_u, v))
+            Frame::from_z(s.axis.origin, s.axis.direction).global(&Vec3::new(
+                radius * cos_u,
+                radius * sin_u,
+                v,
+            ))
         }
         Surface::Sphere(s) => {
             let (sin_v, cos_v) = v.sin_cos();

@@ -1,4 +1,4 @@
-use crate::math::{try_unit, Point3, UnitVec3, Vec3};
+use crate::math::{Point3, UnitVec3, Vec3, try_unit};
 
 /// A sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-use crate::math::{any_perpendicular, try_unit, Axis, Point3, UnitVec3};
+use crate::math::{Axis, Point3, UnitVec3, any_perpendicular, try_unit};
 
 /// A torus. With `major_radius < minor_radius` (spindle torus) distances are to the outer part, the apple.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,8 @@ impl Torus {
     pub fn normal(&self, point: &Point3) -> UnitVec3 {
         let direction = self.axis.direction.into_inner();
         let radial = self.axis.radial(point);
-        let outward = try_unit(radial).unwrap_or_else(|| any_perpendicular(&self.axis.direction)).into_inner();
+        let outward =
+            try_unit(radial).unwrap_or_else(|| any_perpendicular(&self.axis.direction)).into_inner();
         let from_spine = outward * (radial.norm() - self.major_radius) + direction * self.axis.height(point);
         try_unit(from_spine).unwrap_or_else(|| UnitVec3::new_unchecked(outward))
     }

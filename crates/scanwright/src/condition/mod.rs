@@ -1,0 +1,15 @@
+//! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
+
+use crate::math::Point3;
+use crate::surface::Plane;
+
+/// The table that the part stood on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Support {
+    /// The table's plane, its normal towards the part.
+    pub plane: Plane,
+    /// One per triangle of the mesh: whether it lies on the table (or on the skirt between table and part).
+    pub on_table: Vec<bool>,
+    /// Closed outlines where parts met the table, on the plane: the trim of the assumed bottom faces.
+    pub outlines: Vec<Vec<Point3>>,
+}

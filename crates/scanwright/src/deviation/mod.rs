@@ -1,0 +1,1 @@
+//! Signed distances between a scan and a model.

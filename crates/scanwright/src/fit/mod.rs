@@ -1,0 +1,1 @@
+//! Solvers: orthogonal-distance least squares, one file per surface type.

@@ -1,0 +1,1 @@
+//! The whole path, from a mesh to a solid.

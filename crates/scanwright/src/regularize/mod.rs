@@ -1,0 +1,1 @@
+//! Relations between primitives: found, and enforced where the evidence allows.

@@ -1,0 +1,1 @@
+//! STEP text (AP242, AP214) from a solid.
