@@ -4,10 +4,13 @@
 //! before they return. What they return is what the file says: welding and repair belong to `condition`.
 
 mod error;
+mod obj;
+mod off;
 mod ply;
 mod polygons;
 mod stl;
 mod text;
+mod three_mf;
 mod write_ply;
 
 pub use error::{Place, ReadError};
@@ -103,7 +106,18 @@ pub fn read_mesh(bytes: &[u8], name: &str) -> Result<ScanFile, ReadError> {
             let ply = ply::read(bytes, None)?;
             (ply.mesh, ply.n_polygons, None)
         }
-        _ => return Err(ReadError::UnknownFormat),
+        Format::Obj => {
+            let (mesh, n_polygons) = obj::read(bytes)?;
+            (mesh, n_polygons, None)
+        }
+        Format::Off => {
+            let (mesh, n_polygons) = off::read(bytes)?;
+            (mesh, n_polygons, None)
+        }
+        Format::ThreeMf => {
+            let (mesh, units) = three_mf::read(bytes)?;
+            (mesh, 0, units)
+        }
     };
     if mesh.triangles.is_empty() {
         return Err(ReadError::NoTriangles { n_points: mesh.vertices.len() });
@@ -130,20 +144,28 @@ fn detect(bytes: &[u8], name: &str) -> Result<Format, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty);
     }
+    let by_content = [
+        (ply::is_ply as fn(&[u8]) -> bool, Format::Ply),
+        (stl::is_binary, Format::StlBinary),
+        (stl::is_ascii, Format::StlAscii),
+        (three_mf::is_zip, Format::ThreeMf),
+        (off::is_off, Format::Off),
+        (obj::is_obj, Format::Obj),
+    ];
+    if let Some((_, format)) = by_content.iter().find(|(is, _)| is(bytes)) {
+        return Ok(*format);
+    }
     let extension = Path::new(name).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    if ply::is_ply(bytes) {
-        return Ok(Format::Ply);
-    }
-    if stl::is_binary(bytes) {
-        return Ok(Format::StlBinary);
-    }
-    if stl::is_ascii(bytes) {
-        return Ok(Format::StlAscii);
-    }
     match extension.as_deref() {
         Some("stl") => Ok(Format::StlBinary),
         Some("ply") => Ok(Format::Ply),
-        _ => Err(ReadError::UnknownFormat),
+        Some("obj") => Ok(Format::Obj),
+        Some("off") => Ok(Format::Off),
+        Some("3mf") => Ok(Format::ThreeMf),
+        _ => Err(match text::count_points(bytes) {
+            0 => ReadError::UnknownFormat,
+            n_points => ReadError::NoTriangles { n_points },
+        }),
     }
 }
 

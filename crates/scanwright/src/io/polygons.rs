@@ -21,6 +21,11 @@ impl Polygons {
         Self { triangles: Vec::new(), n_polygons: 0, n_vertices, first, corners: Vec::new() }
     }
 
+    /// Changes how many vertices there are.
+    pub fn set_n_vertices(&mut self, n_vertices: usize) {
+        self.n_vertices = n_vertices;
+    }
+
     /// Adds a corner to the present face.
     pub fn corner(
         &mut self,

@@ -115,3 +115,27 @@ pub(super) fn bad_coordinate(word: Option<&[u8]>, axis: usize, item: Item, place
         expected: "a finite number below 1e30",
     }
 }
+
+/// How many points a plain list of points holds: lines of three or more numbers, after at most one line with a count.
+/// Zero if the file is anything else.
+pub(super) fn count_points(bytes: &[u8]) -> usize {
+    let mut lines = Lines::new(bytes, 0);
+    let mut n_points = 0;
+    let mut n_other = 0;
+    while let Some(line) = lines.next_uncommented() {
+        let words =
+            || line.split(|b| b.is_ascii_whitespace() || b",;".contains(b)).filter(|word| !word.is_empty());
+        if !words().all(|word| parse::<f64>(word).is_some()) {
+            return 0;
+        }
+        if words().count() < 3 {
+            n_other += 1;
+        } else {
+            n_points += 1;
+        }
+        if 1 < n_other {
+            return 0;
+        }
+    }
+    n_points
+}
