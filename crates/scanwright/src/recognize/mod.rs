@@ -1,5 +1,9 @@
 //! What a region is: a surface type with its evidence.
 
+mod choose;
+
+pub use choose::{choose, fit_kind, Choice, Limits, COST_CAP};
+
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};
 

@@ -1,6 +1,23 @@
 //! Regions of the scan, one primitive each.
+//!
+//! Fit-driven, no number of regions asked: hypotheses of all five types are grown from smooth seeds and refitted as
+//! they grow (`grow`), a subset that explains the mesh is selected greedily (`select`), vertices are labelled by
+//! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
+//! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
 
+mod field;
+mod finish;
+mod grow;
+mod label;
+mod refresh;
+mod select;
+
+pub use field::Field;
+
+use crate::math::Vec3;
+use crate::mesh::{Adjacency, Mesh};
 use crate::recognize::Primitive;
+use crate::tolerance::Tolerances;
 
 /// Index of a region: its place in [`Segmentation::primitives`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -14,3 +31,40 @@ pub struct Segmentation {
     /// One per region.
     pub primitives: Vec<Primitive>,
 }
+
+/// What a user may choose; everything else follows the measured noise.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SegmentOptions {
+    /// Faces narrower than this are given to their neighbours, length; default: what the scan can show.
+    pub min_face: Option<f64>,
+}
+
+/// Segments a conditioned mesh.
+///
+/// `normals`: one filtered unit normal per vertex, out of the material.
+pub fn segment(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    normals: &[Vec3],
+    tolerances: &Tolerances,
+    options: &SegmentOptions,
+) -> Segmentation {
+    let mut field = Field::new(mesh, adjacency, normals, tolerances);
+    let mut hypotheses = Vec::new();
+    let mut labels = label::Labels::none(&field);
+    for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {
+        grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels);
+        for _ in 0..2 {
+            let selected = select::select(&field, &hypotheses);
+            labels = label::label(&field, &selected);
+            field.adapt_noise(&labels);
+            hypotheses = refresh::refresh(&field, &labels);
+        }
+    }
+    let selected = select::select(&field, &hypotheses);
+    labels = label::label(&field, &selected);
+    finish::finish(mesh, &field, labels, options)
+}
+
+/// Vertices of a seed's first patch, per round: later rounds look for what is small.
+const PATCH_SIZES: [&[usize]; 3] = [&[40], &[20, 60], &[14, 30]];
