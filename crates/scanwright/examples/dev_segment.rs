@@ -45,7 +45,7 @@ fn main() {
     let (part, source, _) = mesh.submesh(|t| flags[t] == 0);
     let adjacency = Adjacency::new(&part);
     let spacing = (part.total_area() / part.vertices.len() as f64).sqrt();
-    let measured = Measured { largest_coordinate: part.largest_coordinate(), diagonal: part.diagonal(), spacing, noise, normal_noise: 0.1, edge_rounding: 0.0 };
+    let measured = Measured { largest_coordinate: part.largest_coordinate(), diagonal: part.diagonal(), spacing, noise, normal_noise: 0.1, edge_rounding: args[4].parse().unwrap() };
     let tolerances = Tolerances::new(measured, None);
     let normals = bilateral(&part, &adjacency, (2.0 * noise / spacing).max(0.25));
     let start = std::time::Instant::now();

@@ -21,6 +21,8 @@ pub struct Limits {
     pub min_taper: f64,
     /// Smallest departure from the simpler type, length.
     pub min_departure: f64,
+    /// Departure of normals from the simpler type that counts as much, radians.
+    pub min_tilt: f64,
 }
 
 /// A fit with its cost.
@@ -38,6 +40,8 @@ pub const COST_CAP: f64 = 25.0;
 const VERTICES_PER_SAMPLE: f64 = 250.0;
 /// Samples of a first guess.
 const N_START: usize = 40;
+/// First guesses that are refined: the cheapest ones.
+const N_GUESSES: usize = 3;
 /// Steps of a first guess.
 const START_STEPS: usize = 4;
 /// Steps of the final fit.
@@ -82,11 +86,14 @@ pub fn fit_kind(
 ) -> Option<Choice> {
     let few = samples.thinned(N_START);
     let from_previous = previous.filter(|p| p.surface.kind() == kind).copied();
-    let start = from_previous
-        .into_iter()
-        .chain(starts(kind, &few))
-        .filter_map(|start| refine(&start, &few, weights, START_STEPS))
-        .map(|fit| Choice { fit, mean_cost: mean_cost(&fit, &few, weights) })
+    let with_cost = |fit: Fit| Choice { fit, mean_cost: mean_cost(&fit, &few, weights) };
+    let mut guesses: Vec<Choice> = from_previous.into_iter().chain(starts(kind, &few)).map(with_cost).collect();
+    guesses.sort_by(|a, b| a.mean_cost.total_cmp(&b.mean_cost));
+    let start = guesses
+        .iter()
+        .take(N_GUESSES)
+        .filter_map(|guess| refine(&guess.fit, &few, weights, START_STEPS))
+        .map(with_cost)
         .min_by(|a, b| a.mean_cost.total_cmp(&b.mean_cost))?;
     let fit = refine(&start.fit, samples, weights, FINAL_STEPS)?;
     is_possible(&fit.surface, samples, limits)
@@ -119,18 +126,22 @@ fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize, lim
     let q = freedom(complex.fit.surface.kind()) - freedom(simple.fit.surface.kind());
     let n = n as f64;
     let penalty = (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost);
-    simple.mean_cost - complex.mean_cost > penalty
-        && departure(&simple.fit, &complex.fit, samples) > limits.min_departure
+    simple.mean_cost - complex.mean_cost > penalty && is_apart(&simple.fit, &complex.fit, samples, limits)
 }
 
-/// How far the two surfaces part over the samples: the 90th percentile of the difference of distances.
-fn departure(a: &Fit, b: &Fit, samples: &Samples) -> f64 {
-    let mut differences: Vec<f64> = samples
+/// Whether the two surfaces part over the samples by more than noise: in distance, or clearly in direction.
+fn is_apart(a: &Fit, b: &Fit, samples: &Samples, limits: &Limits) -> bool {
+    let (mut lengths, mut tilts): (Vec<f64>, Vec<f64>) = samples
         .points
         .iter()
-        .map(|p| (a.distance_and_outward_normal(p).0 - b.distance_and_outward_normal(p).0).abs())
-        .collect();
-    stats::quantile(&mut differences, 0.9).unwrap_or(0.0)
+        .map(|p| {
+            let (da, na) = a.distance_and_outward_normal(p);
+            let (db, nb) = b.distance_and_outward_normal(p);
+            ((da - db).abs(), (na - nb).norm())
+        })
+        .unzip();
+    let high = |values: &mut Vec<f64>| stats::quantile(values, 0.9).unwrap_or(0.0);
+    high(&mut lengths) > limits.min_departure || high(&mut tilts) > limits.min_tilt
 }
 
 /// Whether a scan can show this surface at all.

@@ -19,6 +19,8 @@ pub struct Field<'a> {
     pub on_boundary: &'a [bool],
     /// Mean vertex distance, length.
     pub spacing: f64,
+    /// Deviation of the scanner's spot, length; zero when unknown.
+    pub blur: f64,
     /// Scale of costs.
     pub weights: Weights,
     /// What the scan can show.
@@ -31,6 +33,10 @@ pub struct Field<'a> {
 pub struct Hypothesis {
     /// The surface.
     pub fit: Fit,
+    /// Mean cost of the samples it was fitted to.
+    pub mean_cost: f64,
+    /// Lack of fit.
+    pub lack: f64,
     /// Vertices that it may explain, with their costs.
     pub support: Vec<(u32, f32)>,
 }
@@ -45,6 +51,9 @@ impl<'a> Field<'a> {
     /// Weight of the normal term beside the distance term.
     const NORMAL_WEIGHT: f64 = 0.5;
 
+    /// Sigmas by which a more complex surface must part from a simpler one.
+    const DEPARTURE_SIGMAS: f64 = 1.5;
+
     /// The field of a mesh.
     pub fn new(mesh: &'a Mesh, adjacency: &'a Adjacency, normals: &'a [Vec3], tolerances: &Tolerances) -> Self {
         let spacing = tolerances.spacing();
@@ -55,6 +64,7 @@ impl<'a> Field<'a> {
             rings: &adjacency.vertex_vertices,
             on_boundary: &adjacency.on_boundary,
             spacing,
+            blur: tolerances.edge_rounding(),
             weights: Weights {
                 distance_sigma: sigma,
                 normal_sigma: Self::NORMAL_SIGMA,
@@ -63,10 +73,17 @@ impl<'a> Field<'a> {
             limits: Limits {
                 min_radius: 1.6 * spacing,
                 min_taper: 0.7 * spacing,
-                min_departure: sigma,
+                min_departure: Self::DEPARTURE_SIGMAS * sigma,
+                min_tilt: Self::min_tilt(sigma / spacing),
             },
             start_sigma: sigma,
         }
+    }
+
+    /// Tilt that neither filtered noise nor a rounded border feigns: noise over two spacings, not below what the
+    /// costs can tell apart.
+    fn min_tilt(sigma_per_spacing: f64) -> f64 {
+        (0.6 * sigma_per_spacing).max(Self::NORMAL_SIGMA)
     }
 
     /// Number of vertices.
@@ -100,7 +117,7 @@ impl<'a> Field<'a> {
         if let Some(sigma) = stats::sigma_about_zero(&residuals) {
             let sigma = sigma.clamp(0.7 * self.start_sigma, 2.5 * self.start_sigma);
             self.weights.distance_sigma = sigma.max(Self::SIGMA_FLOOR * self.spacing);
-            self.limits.min_departure = self.weights.distance_sigma;
+            self.limits.min_departure = Self::DEPARTURE_SIGMAS * self.weights.distance_sigma;
         }
     }
 
@@ -174,6 +191,30 @@ impl<'a> Field<'a> {
         }
         patch.truncate(n);
         patch
+    }
+
+    /// `region` and all vertices within `rings` rings of it.
+    pub fn dilated(&self, region: &[u32], rings: usize, scratch: &mut Scratch) -> Vec<u32> {
+        let mark = scratch.next_mark();
+        for &v in region {
+            scratch.mark[v as usize] = mark;
+        }
+        let mut found = region.to_vec();
+        let mut from = 0;
+        for _ in 0..rings {
+            let to = found.len();
+            for i in from..to {
+                for &u in self.rings.row(found[i] as usize) {
+                    if scratch.mark[u as usize] != mark {
+                        scratch.mark[u as usize] = mark;
+                        found.push(u);
+                    }
+                }
+            }
+            // Members that cannot have fresh neighbours need no second look.
+            from = to;
+        }
+        found
     }
 
     /// Vertices connected to `core` whose cost under `fit` is below `limit`, nearest first, with costs; stops at

@@ -1,5 +1,6 @@
 //! Hypotheses: a surface grown from a seed, refitted and retyped as it grows.
 
+use super::cover::Cover;
 use super::field::{Field, Hypothesis, Scratch};
 use super::label::Labels;
 use crate::fit::Fit;
@@ -36,12 +37,18 @@ pub(super) fn explore(
     patch_sizes: &[usize],
     whole_ring: bool,
     labels: &Labels,
+    cover: &Cover,
 ) {
-    let mut best = vec![SUPPORT_COST as f32; field.len()];
+    let mut best = cover.best.clone();
     for hypothesis in hypotheses.iter() {
         lower(&mut best, hypothesis);
     }
     let roughness = normal_roughness(field);
+    if std::env::var("DEV").is_ok() {
+        let mut r = roughness.clone();
+        for q in [0.1, 0.3, 0.5, 0.7] { eprint!(" q{q} {:.4}", (crate::math::stats::quantile(&mut r, q).unwrap() / 2.0).sqrt()); }
+        eprintln!(" sigma_d/s {:.3}", field.weights.distance_sigma / field.spacing);
+    }
     let mut order: Vec<u32> = (0..field.len() as u32).collect();
     order.sort_by(|&a, &b| roughness[a as usize].total_cmp(&roughness[b as usize]).then(a.cmp(&b)));
     for &patch_size in patch_sizes {
@@ -225,5 +232,9 @@ pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scr
         return None;
     }
     let support = field.flood(&choice.fit, &interior, SUPPORT_COST, usize::MAX, scratch);
-    Some(Hypothesis { fit: choice.fit, support })
+    let supporting: Vec<u32> = support.iter().map(|s| s.0).collect();
+    let inner = field.eroded(&supporting, 2, MIN_INTERIOR, scratch);
+    let inner = field.samples(&inner, 4000);
+    let lack = crate::recognize::lack_of_fit(&choice.fit, &inner.points, field.weights.distance_sigma);
+    Some(Hypothesis { fit: choice.fit, mean_cost: choice.mean_cost, lack, support })
 }

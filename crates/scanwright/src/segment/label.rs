@@ -3,6 +3,7 @@
 //! J. Besag, "On the statistical analysis of dirty pictures", Journal of the Royal Statistical Society B 48 (1986),
 //! 259-302. Prototypes showed little to gain from graph cuts here: what carries the result is the selection.
 
+use super::cover::Cover;
 use super::field::{Field, Hypothesis};
 use super::select::{DEAD_ZONE, UNEXPLAINED};
 use crate::fit::Fit;
@@ -56,7 +57,7 @@ impl Labels {
 }
 
 /// Labels every vertex that a selected surface explains.
-pub(super) fn label(field: &Field, selected: &[Hypothesis]) -> Labels {
+pub(super) fn label(field: &Field, selected: &[Hypothesis], cover: &Cover) -> Labels {
     let n = field.len();
     let mut cost = vec![UNEXPLAINED; n];
     let mut of_vertex: Vec<Option<u32>> = vec![None; n];
@@ -70,9 +71,22 @@ pub(super) fn label(field: &Field, selected: &[Hypothesis]) -> Labels {
             }
         }
     }
+    // Rounded edges: the nearer of the two surfaces.
+    for v in 0..n as u32 {
+        if of_vertex[v as usize].is_some() && cost[v as usize] <= DEAD_ZONE {
+            continue;
+        }
+        for &k in &cover.near[v as usize] {
+            let c = cover.cost(field, k, v) as f32;
+            if c < cost[v as usize] {
+                cost[v as usize] = c;
+                of_vertex[v as usize] = Some(k);
+            }
+        }
+    }
     let mut labels = Labels { of_vertex, fits: selected.iter().map(|h| h.fit).collect() };
     for _ in 0..SWEEPS {
-        if sweep(field, &mut labels) == 0 {
+        if sweep(field, cover, &mut labels) == 0 {
             break;
         }
     }
@@ -80,7 +94,7 @@ pub(super) fn label(field: &Field, selected: &[Hypothesis]) -> Labels {
 }
 
 /// One pass in vertex order; returns the number of changes.
-fn sweep(field: &Field, labels: &mut Labels) -> usize {
+fn sweep(field: &Field, cover: &Cover, labels: &mut Labels) -> usize {
     let mut n_changed = 0;
     for v in 0..field.len() {
         let ring = field.rings.row(v);
@@ -90,7 +104,7 @@ fn sweep(field: &Field, labels: &mut Labels) -> usize {
         }
         let energy = |label: Option<u32>| {
             let data = label.map_or(f64::from(UNEXPLAINED), |k| {
-                field.cost(&labels.fits[k as usize], v as u32).max(f64::from(DEAD_ZONE))
+                cover.cost(field, k, v as u32).max(f64::from(DEAD_ZONE))
             });
             let n_other = ring.iter().filter(|&&u| labels.of_vertex[u as usize] != label).count();
             data + BORDER_COST * n_other as f64

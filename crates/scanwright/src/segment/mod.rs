@@ -5,6 +5,8 @@
 //! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
 //! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
 
+mod cover;
+mod edge;
 mod field;
 mod finish;
 mod grow;
@@ -52,19 +54,38 @@ pub fn segment(
     let mut field = Field::new(mesh, adjacency, normals, tolerances);
     let mut hypotheses = Vec::new();
     let mut labels = label::Labels::none(&field);
+    let mut cover = cover::Cover::new(&field);
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {
-        grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels);
+        grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels, &cover);
+        dump("explored", &field, &hypotheses);
         for _ in 0..2 {
-            let selected = select::select(&field, &hypotheses);
-            labels = label::label(&field, &selected);
+            let (selected, selected_cover) = select::select(&field, &hypotheses);
+            cover = selected_cover;
+            labels = label::label(&field, &selected, &cover);
             field.adapt_noise(&labels);
             hypotheses = refresh::refresh(&field, &labels);
+            dump("refreshed", &field, &hypotheses);
         }
     }
-    let selected = select::select(&field, &hypotheses);
-    labels = label::label(&field, &selected);
+    let (selected, cover) = select::select(&field, &hypotheses);
+    labels = label::label(&field, &selected, &cover);
     finish::finish(mesh, &field, labels, options)
 }
 
 /// Vertices of a seed's first patch, per round: later rounds look for what is small.
 const PATCH_SIZES: [&[usize]; 3] = [&[40], &[20, 60], &[14, 30]];
+
+fn dump(what: &str, field: &Field, hyps: &[field::Hypothesis]) {
+    if std::env::var("DEV").is_err() { return; }
+    eprintln!("{what} {}", hyps.len());
+    let mut rows: Vec<_> = hyps.iter().collect();
+    rows.sort_by_key(|h| std::cmp::Reverse(h.support.len()));
+    for h in rows.iter().take(30) {
+        let m: f64 = h.support.iter().map(|s| f64::from(s.1)).sum::<f64>() / h.support.len() as f64;
+        let s = field.spacing;
+        let size = match h.fit.surface { crate::surface::Surface::Plane(_) => String::new(), crate::surface::Surface::Cylinder(c) => format!("r {:.1}", c.radius / s),
+            crate::surface::Surface::Cone(c) => format!("r {:.1} angle {:.1}", c.radius / s, c.half_angle.to_degrees()), crate::surface::Surface::Sphere(c) => format!("r {:.1}", c.radius / s),
+            crate::surface::Surface::Torus(c) => format!("R {:.1} r {:.1}", c.major_radius / s, c.minor_radius / s) };
+        eprintln!("   {:?} {size} n {} mean {m:.2} interior {:.2} lack {:.2} out {}", h.fit.surface.kind(), h.support.len(), h.mean_cost, h.lack, h.fit.outward);
+    }
+}

@@ -6,8 +6,8 @@
 
 use std::collections::BinaryHeap;
 
+use super::cover::Cover;
 use super::field::{Field, Hypothesis};
-use crate::fit::Fit;
 use crate::par;
 
 /// Costs below this are all perfect: two sigmas.
@@ -20,25 +20,25 @@ const PRICE: f64 = 25.0;
 const MIN_GAIN: f64 = 120.0;
 
 /// Selected surfaces in the order of their gain, each with its smoothed costs.
-pub(super) fn select(field: &Field, hypotheses: &[Hypothesis]) -> Vec<Hypothesis> {
+pub(super) fn select(field: &Field, hypotheses: &[Hypothesis]) -> (Vec<Hypothesis>, Cover) {
     let smoothed = par::map(hypotheses, |h| smooth(field, h));
     let price: Vec<f64> =
         hypotheses.iter().map(|h| PRICE * h.fit.surface.kind().degrees_of_freedom() as f64).collect();
-    let mut best = vec![UNEXPLAINED; field.len()];
+    let mut cover = Cover::new(field);
     let gain = |k: usize, best: &[f32]| {
         let sum: f64 =
             smoothed[k].iter().map(|&(v, c)| f64::from((best[v as usize] - c.max(DEAD_ZONE)).max(0.0))).sum();
         sum - price[k]
     };
     let mut heap: BinaryHeap<Candidate> =
-        (0..hypotheses.len()).map(|k| Candidate { gain: gain(k, &best), index: k }).collect();
+        (0..hypotheses.len()).map(|k| Candidate { gain: gain(k, &cover.best), index: k }).collect();
     let mut selected = Vec::new();
     while let Some(top) = heap.pop() {
         if top.gain < MIN_GAIN {
             break;
         }
         // Gains only fall as the cover grows: a candidate is the best if its refreshed gain still is.
-        let now = gain(top.index, &best);
+        let now = gain(top.index, &cover.best);
         if heap.peek().is_some_and(|next| next.gain > now) {
             heap.push(Candidate { gain: now, index: top.index });
             continue;
@@ -46,14 +46,16 @@ pub(super) fn select(field: &Field, hypotheses: &[Hypothesis]) -> Vec<Hypothesis
         if now < MIN_GAIN {
             continue;
         }
-        for &(v, c) in &smoothed[top.index] {
-            let slot = &mut best[v as usize];
-            *slot = slot.min(c.max(DEAD_ZONE));
-        }
-        let fit: Fit = hypotheses[top.index].fit;
-        selected.push(Hypothesis { fit, support: smoothed[top.index].clone() });
+        let hypothesis = Hypothesis {
+            support: smoothed[top.index].clone(),
+            fit: hypotheses[top.index].fit,
+            mean_cost: hypotheses[top.index].mean_cost,
+            lack: hypotheses[top.index].lack,
+        };
+        cover.add(field, &hypothesis);
+        selected.push(hypothesis);
     }
-    selected
+    (selected, cover)
 }
 
 /// Mean cost over each supporting vertex and its supporting ring.
