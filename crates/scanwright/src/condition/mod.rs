@@ -1,5 +1,11 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
+mod edge_rounding;
+mod noise;
+mod patch;
+
+pub use noise::measure;
+
 use crate::math::Point3;
 use crate::surface::Plane;
 
