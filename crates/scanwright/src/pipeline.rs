@@ -10,7 +10,7 @@ mod warning;
 
 pub use warning::{Code, Fallback, Warning};
 
-use crate::condition::Support;
+use crate::condition::{self, ConditionReport, Support};
 use crate::deviation::{self, Deviation};
 use crate::math::UnitVec3;
 use crate::mesh::{Mesh, TriId};
@@ -79,6 +79,8 @@ pub struct Reconstruction {
     pub mesh: Mesh,
     /// One per triangle of `mesh`: the triangle of the scan it came from.
     pub source_triangle: Vec<TriId>,
+    /// What conditioning found and did.
+    pub conditioned: ConditionReport,
     /// What the scanner did.
     pub measured: Measured,
     /// Thresholds of the run.
@@ -154,7 +156,7 @@ pub struct SolidFacts {
 /// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.
 pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Reconstruction, Error> {
     progress.report(Stage::Condition, 0.0)?;
-    let conditioned = stages::condition(mesh);
+    let conditioned = condition::condition(mesh);
     if conditioned.mesh.triangles.is_empty() {
         return Err(Error::Empty { n_triangles: mesh.triangles.len(), n_vertices: mesh.vertices.len() });
     }
@@ -164,10 +166,10 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let support = stages::find_support(&scan, options);
     progress.report(Stage::Support, 1.0)?;
 
-    let denoised = stages::denoise(&scan);
+    let normals = stages::denoise(&scan);
     progress.report(Stage::Denoise, 1.0)?;
 
-    let segmentation = stages::segment(&scan, &denoised, support.as_ref(), options);
+    let segmentation = stages::segment(&scan, &normals, support.as_ref(), options);
     progress.report(Stage::Segment, 1.0)?;
 
     let segmentation = stages::regularize(&scan, segmentation);
@@ -178,10 +180,11 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     progress.report(Stage::Build, 1.0)?;
 
     warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
-    let stages::Scan { mesh, source_triangle, measured, tolerances, .. } = scan;
+    let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
     Ok(Reconstruction {
         mesh,
         source_triangle,
+        conditioned: report,
         measured,
         tolerances,
         support,

@@ -2,12 +2,16 @@
 
 mod clean;
 mod components;
+mod edge_rounding;
 mod half_edges;
+mod noise;
 mod orient;
+mod patch;
 mod split;
 mod weld;
 
 pub use clean::{ConditionReport, Conditioned, condition};
+pub use noise::measure;
 
 use crate::math::Point3;
 use crate::surface::Plane;

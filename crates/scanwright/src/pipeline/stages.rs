@@ -1,48 +1,29 @@
 //! One function per stage: what each is given and what it leaves for the next.
 
-use crate::condition::Support;
-use crate::denoise::Denoised;
+use crate::condition::{self, ConditionReport, Conditioned, Support};
+use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
-use crate::segment::Segmentation;
+use crate::segment::{self, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
 use super::{Code, Model, Options, SupportSearch, Warning};
-
-/// The conditioned scan.
-pub(super) struct Conditioned {
-    pub mesh: Mesh,
-    pub source_triangle: Vec<TriId>,
-}
 
 /// The conditioned scan with what was measured from it.
 pub(super) struct Scan {
     pub mesh: Mesh,
     pub source_triangle: Vec<TriId>,
+    pub report: ConditionReport,
     pub adjacency: Adjacency,
     pub measured: Measured,
     pub tolerances: Tolerances,
 }
 
-pub(super) fn condition(mesh: &Mesh) -> Conditioned {
-    // TODO(integrator): condition::condition(mesh).
-    let source_triangle = (0..mesh.triangles.len() as u32).collect();
-    Conditioned { mesh: mesh.clone(), source_triangle }
-}
-
 pub(super) fn measure(conditioned: Conditioned, options: &Options) -> Scan {
-    let Conditioned { mesh, source_triangle } = conditioned;
+    let Conditioned { mesh, source_triangle, report } = conditioned;
     let adjacency = Adjacency::new(&mesh);
-    // TODO(integrator): condition::measure(&mesh, &adjacency).
-    let measured = Measured {
-        largest_coordinate: mesh.largest_coordinate(),
-        diagonal: mesh.diagonal(),
-        spacing: (mesh.total_area() / mesh.vertices.len().max(1) as f64).sqrt(),
-        noise: 0.0,
-        normal_noise: 0.0,
-        edge_rounding: 0.0,
-    };
+    let measured = condition::measure(&mesh, &adjacency);
     let tolerances = Tolerances::new(measured, options.gap);
-    Scan { mesh, source_triangle, adjacency, measured, tolerances }
+    Scan { mesh, source_triangle, report, adjacency, measured, tolerances }
 }
 
 pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
@@ -54,19 +35,21 @@ pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
     None
 }
 
-pub(super) fn denoise(scan: &Scan) -> Denoised {
-    // TODO(integrator): denoise::denoise(.., &DenoiseMethod::default()).
-    Denoised { triangle_normals: scan.mesh.triangle_normals(), vertices: scan.mesh.vertices.clone() }
+/// One filtered unit normal per vertex.
+pub(super) fn denoise(scan: &Scan) -> Vec<Vec3> {
+    // TODO(integrator): denoise::denoise(.., &DenoiseMethod::default()), vertex normals of its result.
+    scan.mesh.vertex_normals()
 }
 
 pub(super) fn segment(
     scan: &Scan,
-    _denoised: &Denoised,
+    normals: &[Vec3],
     _support: Option<&Support>,
-    _options: &Options,
+    options: &Options,
 ) -> Segmentation {
-    // TODO(integrator): segment::segment(..) on the triangles that are not the table's.
-    Segmentation { labels: vec![None; scan.mesh.triangles.len()], primitives: Vec::new() }
+    // TODO(integrator): without the triangles that are the table's.
+    let options = SegmentOptions { min_face: options.min_face };
+    segment::segment(&scan.mesh, &scan.adjacency, normals, &scan.tolerances, &options)
 }
 
 pub(super) fn regularize(_scan: &Scan, segmentation: Segmentation) -> Segmentation {
