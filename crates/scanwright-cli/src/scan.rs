@@ -50,13 +50,29 @@ pub fn units(flag: Option<Unit>, declared: Option<io::Unit>) -> Units {
     }
     let source = if declared.is_some() { UnitSource::File } else { UnitSource::Assumed };
     let unit = declared.unwrap_or(io::Unit::Millimeter);
-    let name = match unit {
+    Units { name: unit_name(unit), millimetres: unit.millimeters(), source }
+}
+
+/// Abbreviation of a unit.
+pub fn unit_name(unit: io::Unit) -> &'static str {
+    match unit {
         io::Unit::Micron => "um",
         io::Unit::Millimeter => "mm",
         io::Unit::Centimeter => "cm",
         io::Unit::Inch => "in",
         io::Unit::Foot => "ft",
         io::Unit::Meter => "m",
-    };
-    Units { name, millimetres: unit.millimeters(), source }
+    }
+}
+
+/// Name of a format, for people.
+pub fn format_name(format: io::Format) -> &'static str {
+    match format {
+        io::Format::StlBinary => "binary STL",
+        io::Format::StlAscii => "text STL",
+        io::Format::Ply => "PLY",
+        io::Format::Obj => "OBJ",
+        io::Format::Off => "OFF",
+        io::Format::ThreeMf => "3MF",
+    }
 }

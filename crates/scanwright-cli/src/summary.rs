@@ -97,11 +97,18 @@ pub fn short(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
+/// Lines that begin with a word.
 #[derive(Default)]
-struct Lines(String);
+pub struct Lines(String);
 
 impl Lines {
-    fn add(&mut self, word: &str, text: &str) {
+    /// The lines so far.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// Adds a line about `word`.
+    pub fn add(&mut self, word: &str, text: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{word:9}{text}");
     }

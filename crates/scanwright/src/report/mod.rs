@@ -11,6 +11,7 @@ pub use regions::{Neighbor, PrimitiveReport};
 
 use serde::Serialize;
 
+use crate::condition::ConditionReport;
 use crate::pipeline::{Options, Reconstruction, SolidFacts, SupportSearch, Warning};
 use crate::recognize::Residual;
 
@@ -71,8 +72,7 @@ struct Settings {
 struct Scan {
     triangles: usize,
     vertices: usize,
-    conditioned_triangles: usize,
-    conditioned_vertices: usize,
+    conditioned: ConditionReport,
     area: f64,
     area_explained: f64,
     diagonal: f64,
@@ -164,8 +164,7 @@ impl Scan {
         Self {
             triangles: context.n_triangles,
             vertices: context.n_vertices,
-            conditioned_triangles: result.mesh.triangles.len(),
-            conditioned_vertices: result.mesh.vertices.len(),
+            conditioned: result.conditioned.clone(),
             area,
             area_explained,
             diagonal: measured.diagonal,

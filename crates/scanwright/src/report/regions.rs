@@ -2,9 +2,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::fit;
 use crate::mesh::Adjacency;
 use crate::pipeline::Reconstruction;
-use crate::recognize::Residual;
+use crate::recognize::{Primitive, Residual};
 
 use super::Geometry;
 
@@ -20,6 +21,8 @@ pub struct PrimitiveReport {
     pub outward: bool,
     /// Distances of the region's interior points to the surface.
     pub residual: Residual,
+    /// Names of the parameters whose covariance follows: motions of the surface about its middle, then its shape.
+    pub parameters: Vec<&'static str>,
     /// Standard uncertainties: square roots of the covariance's diagonal.
     pub uncertainty: Vec<f64>,
     /// Covariance of the parameters; empty when freeform.
@@ -68,7 +71,8 @@ pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<Pri
             geometry: Geometry::of(primitive.surface.as_ref()),
             outward: primitive.outward,
             residual: primitive.residual,
-            uncertainty: primitive.covariance.iter().enumerate().map(|(k, row)| row[k].max(0.0).sqrt()).collect(),
+            parameters: parameters(primitive),
+            uncertainty: deviations(&primitive.covariance),
             covariance: primitive.covariance.clone(),
             triangles: counts[i],
             area: areas[i],
@@ -77,6 +81,16 @@ pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<Pri
         }
     };
     (0..n_regions).map(report).collect()
+}
+
+fn parameters(primitive: &Primitive) -> Vec<&'static str> {
+    let known = primitive.surface.as_ref().filter(|_| !primitive.covariance.is_empty());
+    known.map_or(Vec::new(), |surface| fit::parameter_names(surface).to_vec())
+}
+
+/// Square roots of the diagonal.
+fn deviations(covariance: &[Vec<f64>]) -> Vec<f64> {
+    covariance.iter().enumerate().map(|(k, row)| row[k].max(0.0).sqrt()).collect()
 }
 
 /// Length of the border of every ordered pair of regions that touch.
