@@ -29,7 +29,7 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     let file = scan::read(&args.scan)?;
     let units = scan::units(args.units, file.units);
     let options = options(args);
-    let result = reconstruct(&file, &options, units, console)?;
+    let result = reconstruct(args, &file, &options, units, console)?;
     if args.strict && !result.fallbacks().is_empty() {
         return Err(Failure::Strict(names(&result.fallbacks())));
     }
@@ -53,6 +53,7 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
 }
 
 fn reconstruct(
+    args: &ConvertArgs,
     file: &ScanFile,
     options: &Options,
     units: Units,
@@ -62,7 +63,7 @@ fn reconstruct(
     let mut result = pipeline::run(&file.mesh, options, &progress).map_err(|error| match error {
         pipeline::Error::Cancelled(_) => Failure::Cancelled,
         // The remaining errors say that there is nothing to work on.
-        other => Failure::Input("the scan".into(), other.to_string()),
+        other => Failure::input(&args.scan, other),
     })?;
     if units.source == UnitSource::Assumed {
         let text = "lengths were taken as millimetres; --units says otherwise";
