@@ -11,13 +11,13 @@ use super::palette::{self, Color};
 use super::raster::{Buffer, NOTHING};
 
 /// Directions of the lights: right, up, towards the eye; not normalized.
-const KEY: [f32; 3] = [-0.45, 0.70, 0.65];
-const FILL: [f32; 3] = [0.80, 0.10, 0.45];
+const KEY: [f32; 3] = [-0.42, 0.78, 0.52];
+const FILL: [f32; 3] = [0.75, -0.25, 0.60];
 /// Strengths; together a face that looks at the key light is just below white times its color.
-const KEY_STRENGTH: f32 = 0.62;
-const FILL_STRENGTH: f32 = 0.14;
-const SKY_STRENGTH: f32 = 0.40;
-const GROUND_STRENGTH: f32 = 0.20;
+const KEY_STRENGTH: f32 = 0.60;
+const FILL_STRENGTH: f32 = 0.20;
+const SKY_STRENGTH: f32 = 0.44;
+const GROUND_STRENGTH: f32 = 0.30;
 /// A faint sheen shows curvature.
 const SHEEN_STRENGTH: f32 = 0.10;
 const SHEEN_POWER: i32 = 28;
@@ -36,16 +36,15 @@ const OUTLINE_SHADE: f32 = 0.22;
 const BORDER_SHADE: f32 = 0.34;
 /// A depth step is an outline when it is larger than this share of the scene.
 const STEP_SHARE: f32 = 0.012;
-/// Half-width of lines, samples; with three samples per pixel a line is about one pixel and a half wide.
-const LINE: isize = 2;
 
 /// Linear light of every sample. `colors`: one per triangle; `extent`: size of the scene in samples.
 pub(super) fn shade(buffer: &Buffer, colors: &[Color], extent: f32) -> Vec<[f32; 3]> {
     let occlusion = occlusion(buffer, extent);
+    let lines = lines(buffer, extent);
     let background = palette::BACKGROUND.linear();
     par::map_indices(buffer.triangles.len(), |i| {
         let (x, y) = (i % buffer.width, i / buffer.width);
-        let line = line_shade(buffer, x, y, extent);
+        let line = line_shade(&lines, buffer.width, x, y);
         let t = buffer.triangles[i];
         if t == NOTHING {
             return background.map(|c| c * line);
@@ -125,41 +124,71 @@ fn obscurance(buffer: &Buffer, x: usize, y: usize, radius: f32) -> f32 {
     (1.0 - OCCLUSION_STRENGTH * sum / N_OCCLUDERS as f32).clamp(0.15, 1.0)
 }
 
-/// The factor that lines put on a sample: 1 where there is none.
-fn line_shade(buffer: &Buffer, x: usize, y: usize, extent: f32) -> f32 {
-    let i = y * buffer.width + x;
-    let step = STEP_SHARE * extent;
-    let mut shade = 1.0_f32;
-    for dy in -LINE..=LINE {
-        for dx in -LINE..=LINE {
-            if dx * dx + dy * dy > LINE * LINE {
-                continue;
-            }
-            let (u, v) = (x as isize + dx, y as isize + dy);
-            if u < 0 || v < 0 || u >= buffer.width as isize || v >= buffer.height as isize {
-                continue;
-            }
-            let j = v as usize * buffer.width + u as usize;
-            let (here, there) = (buffer.triangles[i] == NOTHING, buffer.triangles[j] == NOTHING);
-            let adjacent = dx * dx + dy * dy <= 1;
-            if here != there {
-                // The outline is drawn outside the part, where it hides nothing.
-                shade = shade.min(if here || adjacent { OUTLINE_SHADE } else { 1.0 });
-            } else if !here && buffer.depths[j] - buffer.depths[i] > step + slope_step(buffer, i, j) {
-                shade = shade.min(OUTLINE_SHADE);
-            } else if adjacent && buffer.groups[i] != buffer.groups[j] {
-                shade = shade.min(BORDER_SHADE);
-            }
-        }
-    }
-    shade
+/// What a line at a sample would be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Line {
+    None,
+    Border,
+    Outline,
 }
 
-/// Depth that a slanted surface may gain between neighbouring samples.
-fn slope_step(buffer: &Buffer, i: usize, j: usize) -> f32 {
-    let slope = |n: [f32; 3]| (n[0].hypot(n[1]) / n[2].abs().max(0.05)).min(12.0);
-    let reach = LINE as f32 + 1.0;
-    reach * slope(buffer.normals[i]).max(slope(buffer.normals[j]))
+/// Per sample: the line its four neighbours make of it.
+fn lines(buffer: &Buffer, extent: f32) -> Vec<Line> {
+    let (w, h) = (buffer.width, buffer.height);
+    let step = STEP_SHARE * extent;
+    let per_row = par::map_indices(h, |y| {
+        let line_at = |x: usize| {
+            let i = y * w + x;
+            let sides = [(x > 0, -1), (x + 1 < w, 1), (y > 0, -(w as isize)), (y + 1 < h, w as isize)];
+            let inside = sides.into_iter().filter(|(inside, _)| *inside);
+            inside.map(|(_, d)| line_between(buffer, i, i.wrapping_add_signed(d), step)).max().unwrap_or(Line::None)
+        };
+        (0..w).map(line_at).collect::<Vec<_>>()
+    });
+    per_row.concat()
+}
+
+/// The line that sample `i` gets from its neighbour `j`. Outlines lie outside the nearer part, where they hide nothing.
+fn line_between(buffer: &Buffer, i: usize, j: usize, step: f32) -> Line {
+    let (here, there) = (buffer.groups[i], buffer.groups[j]);
+    if here == NOTHING {
+        return if there == NOTHING { Line::None } else { Line::Outline };
+    }
+    if there == NOTHING {
+        return Line::None;
+    }
+    let rise = buffer.depths[j] - buffer.depths[i];
+    if rise > step && rise > step + slope(buffer.normals[i]).max(slope(buffer.normals[j])) {
+        return Line::Outline;
+    }
+    if here == there { Line::None } else { Line::Border }
+}
+
+/// Depth that a slanted surface gains from one sample to the next.
+fn slope(n: [f32; 3]) -> f32 {
+    const STEEPEST: f32 = 12.0;
+    (n[0].hypot(n[1]) / n[2].abs().max(1.0 / STEEPEST)).min(STEEPEST)
+}
+
+/// The factor that the strongest line within a sample's reach puts on it.
+fn line_shade(lines: &[Line], width: usize, x: usize, y: usize) -> f32 {
+    let height = lines.len() / width;
+    let mut strongest = lines[y * width + x];
+    let mut look = |inside: bool, i: usize| {
+        if inside {
+            strongest = strongest.max(lines[i]);
+        }
+    };
+    let i = y * width + x;
+    look(x > 0, i.wrapping_sub(1));
+    look(x + 1 < width, i + 1);
+    look(y > 0, i.wrapping_sub(width));
+    look(y + 1 < height, i + width);
+    match strongest {
+        Line::None => 1.0,
+        Line::Border => BORDER_SHADE,
+        Line::Outline => OUTLINE_SHADE,
+    }
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
