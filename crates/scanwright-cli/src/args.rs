@@ -189,7 +189,11 @@ fn parse_direction(text: &str) -> Result<[f64; 3], String> {
     let numbers = numbers.map_err(|_| "three numbers separated by commas are needed, such as 0,0,1")?;
     let direction: [f64; 3] = numbers.try_into().map_err(|_| "exactly three numbers are needed")?;
     let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if length.is_finite() && length > 0.0 { Ok(direction) } else { Err("a direction has a length".to_owned()) }
+    if length.is_finite() && length > 0.0 {
+        Ok(direction)
+    } else {
+        Err("a direction has a length".to_owned())
+    }
 }
 
 fn parse_length(text: &str) -> Result<f64, String> {

@@ -5,7 +5,9 @@ use std::path::Path;
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
 use scanwright::par;
-use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, SupportSearch, Warning};
+use scanwright::pipeline::{
+    self, Code as WarningCode, Fallback, Options, Reconstruction, SupportSearch, Warning,
+};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
 

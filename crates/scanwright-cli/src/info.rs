@@ -1,5 +1,7 @@
 //! `scanwright info`.
 
+use std::fmt::Write as _;
+
 use scanwright::condition::{self, ConditionReport};
 use scanwright::io::ScanFile;
 use scanwright::mesh::{Adjacency, Mesh};
@@ -21,7 +23,8 @@ pub fn run(args: &InfoArgs) -> Result<Code, Failure> {
     let adjacency = Adjacency::new(mesh);
     let measured = condition::measure(mesh, &adjacency);
     let tolerances = Tolerances::new(measured, None);
-    let support: Option<condition::Support> = None; let _ = &tolerances;
+    let support: Option<condition::Support> = None;
+    let _ = &tolerances;
 
     let mut lines = Lines::default();
     lines.add("file", &file_line(args, &file));
@@ -47,11 +50,12 @@ fn file_line(args: &InfoArgs, file: &ScanFile) -> String {
         count(file.mesh.triangles.len()),
         count(file.mesh.vertices.len())
     );
+    // Writing to a string cannot fail.
     if file.n_polygons > 0 {
-        text += &format!(", {} polygons cut into triangles", count(file.n_polygons));
+        let _ = write!(text, ", {} polygons cut into triangles", count(file.n_polygons));
     }
     if file.n_unused_vertices > 0 {
-        text += &format!(", {} vertices that no triangle uses", count(file.n_unused_vertices));
+        let _ = write!(text, ", {} vertices that no triangle uses", count(file.n_unused_vertices));
     }
     text
 }

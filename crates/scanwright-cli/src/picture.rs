@@ -3,6 +3,7 @@
 use scanwright::math::{Point3, UnitVec3, Vec3};
 use scanwright::mesh::Mesh;
 use scanwright::pipeline::Reconstruction;
+use scanwright::recognize::Primitive;
 use scanwright::render::{Camera, Color, Image, Sheet, View, of_kind, of_region, picture};
 use scanwright::segment::RegionId;
 use scanwright::surface::SurfaceKind;
@@ -75,13 +76,7 @@ fn draw(parts: &[(&Part, &str)], up: UnitVec3, frame: &[Point3], legend: &[(Colo
         let camera = Camera::around(up, azimuth.to_radians(), elevation.to_radians());
         for (part, title) in parts {
             let title = if views.len() < parts.len() { title } else { "" };
-            views.push(View {
-                mesh: &part.mesh,
-                colors: &part.colors,
-                groups: &part.groups,
-                camera,
-                title,
-            });
+            views.push(View { mesh: &part.mesh, colors: &part.colors, groups: &part.groups, camera, title });
         }
     }
     let height = if parts.len() == 1 { SIZE.1 * 2 / 3 } else { SIZE.1 };
@@ -115,11 +110,11 @@ fn regions(result: &Reconstruction) -> Part {
 }
 
 fn kind_of(result: &Reconstruction, region: RegionId) -> Option<SurfaceKind> {
-    result.segmentation.primitives.get(region.0 as usize).and_then(|p| p.kind())
+    result.segmentation.primitives.get(region.0 as usize).and_then(Primitive::kind)
 }
 
 fn legend(result: &Reconstruction) -> Vec<(Color, String)> {
-    let kinds: Vec<_> = result.segmentation.primitives.iter().map(|p| p.kind()).collect();
+    let kinds: Vec<_> = result.segmentation.primitives.iter().map(Primitive::kind).collect();
     let mut legend = kind_legend(&kinds);
     if result.model.assumed.contains(&true) {
         legend.push((of_kind(Some(SurfaceKind::Plane)).pale(), "assumed".to_owned()));

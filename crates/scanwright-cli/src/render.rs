@@ -44,10 +44,14 @@ fn types_beside(path: &Path) -> Result<Vec<Option<SurfaceKind>>, Failure> {
     let candidates = [path.with_extension("json"), path.with_file_name("part.json")];
     let Some(json) = candidates.iter().find(|candidate| candidate.is_file()) else {
         let names = candidates.map(|c| c.display().to_string()).join(" or ");
-        return Err(Failure::input(path, format!("types are read from the JSON of the same run, but there is no {names}")));
+        return Err(Failure::input(
+            path,
+            format!("types are read from the JSON of the same run, but there is no {names}"),
+        ));
     };
     let text = std::fs::read_to_string(json).map_err(|error| Failure::input(json, error))?;
-    let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| Failure::input(json, error))?;
+    let value: serde_json::Value =
+        serde_json::from_str(&text).map_err(|error| Failure::input(json, error))?;
     let mut kinds = Vec::new();
     for primitive in value["primitives"].as_array().into_iter().flatten() {
         let id = primitive["id"].as_u64().and_then(|id| usize::try_from(id).ok());

@@ -60,10 +60,7 @@ pub fn timings_line((stages, total): &(Vec<(&'static str, f64)>, f64)) -> String
 }
 
 /// Seconds of the stages and the number of threads, as JSON.
-pub fn timings_json(
-    (stages, total): &(Vec<(&'static str, f64)>, f64),
-    threads: Option<usize>,
-) -> Vec<u8> {
+pub fn timings_json((stages, total): &(Vec<(&'static str, f64)>, f64), threads: Option<usize>) -> Vec<u8> {
     let stages: serde_json::Map<String, serde_json::Value> =
         stages.iter().map(|(stage, secs)| ((*stage).to_owned(), (*secs).into())).collect();
     let available = std::thread::available_parallelism().map_or(1, usize::from);
@@ -179,7 +176,8 @@ fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
 /// Warnings that no other line has said, grouped by code.
 fn warning_lines(result: &Reconstruction) -> Vec<(&'static str, String)> {
     let said_elsewhere = |code| matches!(code, Code::UnitsAssumed | Code::SupportRemoved | Code::NoSolid);
-    let mut codes: Vec<Code> = result.warnings.iter().map(|w| w.code).filter(|c| !said_elsewhere(*c)).collect();
+    let mut codes: Vec<Code> =
+        result.warnings.iter().map(|w| w.code).filter(|c| !said_elsewhere(*c)).collect();
     codes.sort_unstable();
     codes.dedup();
     let mut lines = Vec::new();

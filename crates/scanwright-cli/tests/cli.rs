@@ -69,7 +69,11 @@ fn unreadable_scans_exit_3_with_one_line_and_no_files() {
         assert_eq!(message.lines().count(), 1, "{name}: {message}");
         assert!(message.contains(name), "{name}: {message}");
         check_exit(&dir.run(&["info", name]), 3, &["info", name]);
-        check_exit(&dir.run(&["render", name, "-o", "x.png"]), if name == "flat.off" { 0 } else { 3 }, &[name]);
+        check_exit(
+            &dir.run(&["render", name, "-o", "x.png"]),
+            if name == "flat.off" { 0 } else { 3 },
+            &[name],
+        );
         let _ = fs::remove_file(dir.path("x.png"));
     }
     assert_eq!(dir.names(), before);
@@ -98,8 +102,17 @@ fn outputs_appear_together_and_force_overwrites() {
     dir.scan("box.ply");
     fs::write(dir.path("part.json"), "old").unwrap();
     let output = dir.run(&[
-        "convert", "box.ply", "-o", "out/deep/part.step", "--json", "part.json", "--segments", "segments.ply",
-        "--timings", "timings.json", "--force",
+        "convert",
+        "box.ply",
+        "-o",
+        "out/deep/part.step",
+        "--json",
+        "part.json",
+        "--segments",
+        "segments.ply",
+        "--timings",
+        "timings.json",
+        "--force",
     ]);
     check_finished(&output);
     assert_eq!(dir.names(), ["box.ply", "out", "part.json", "segments.ply", "timings.json"]);
@@ -108,7 +121,8 @@ fn outputs_appear_together_and_force_overwrites() {
     assert_eq!(json["schema"], "scanwright/result/1");
     assert_eq!(json["units"]["source"], "assumed");
     assert!(text(&output.stdout).contains("mm assumed"), "{}", text(&output.stdout));
-    let timings: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("timings.json")).unwrap()).unwrap();
+    let timings: serde_json::Value =
+        serde_json::from_slice(&fs::read(dir.path("timings.json")).unwrap()).unwrap();
     assert!(timings["total_seconds"].as_f64().unwrap() > 0.0);
 }
 
@@ -117,7 +131,16 @@ fn a_box_has_six_planes_and_every_triangle_one_of_them() {
     let dir = Folder::new();
     dir.scan("box.ply");
     let output = dir.run(&[
-        "convert", "box.ply", "-o", "part.step", "--json", "part.json", "--segments", "s.ply", "--support", "none",
+        "convert",
+        "box.ply",
+        "-o",
+        "part.step",
+        "--json",
+        "part.json",
+        "--segments",
+        "s.ply",
+        "--support",
+        "none",
     ]);
     check_finished(&output);
     let json: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("part.json")).unwrap()).unwrap();
@@ -144,8 +167,19 @@ fn results_are_the_same_bytes_from_one_and_two_threads_and_two_runs() {
     let outputs = ["part.step", "part.json", "segments.ply", "part.png"];
     let convert = |threads: &str| {
         let output = dir.run(&[
-            "convert", "box.ply", "-o", "part.step", "--json", "part.json", "--segments", "segments.ply",
-            "--picture", "part.png", "--threads", threads, "--force",
+            "convert",
+            "box.ply",
+            "-o",
+            "part.step",
+            "--json",
+            "part.json",
+            "--segments",
+            "segments.ply",
+            "--picture",
+            "part.png",
+            "--threads",
+            threads,
+            "--force",
         ]);
         check_finished(&output);
         let files = outputs.map(|name| fs::read(dir.path(name)).unwrap());
@@ -180,7 +214,16 @@ fn pictures_are_png_and_colors_need_regions() {
     assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
     let args = ["render", "box.ply", "-o", "regions.png", "--color", "region"];
     check_exit(&dir.run(&args), 3, &args);
-    check_finished(&dir.run(&["convert", "box.ply", "-o", "p.step", "--segments", "p.ply", "--json", "p.json"]));
+    check_finished(&dir.run(&[
+        "convert",
+        "box.ply",
+        "-o",
+        "p.step",
+        "--segments",
+        "p.ply",
+        "--json",
+        "p.json",
+    ]));
     for color in ["type", "region"] {
         let args = ["render", "p.ply", "-o", "regions.png", "--color", color, "--force"];
         check_exit(&dir.run(&args), 0, &args);

@@ -72,11 +72,11 @@ const SAMPLES: usize = 3;
 const TITLE_SHARE: f64 = 0.040;
 const LEGEND_SHARE: f64 = 0.055;
 /// Share of a panel left free around the frame.
-const MARGIN_SHARE: f64 = 0.06;
+const MARGIN_SHARE: f64 = 0.035;
 
 /// Draws `views` in a grid as near to square as their number allows.
 pub fn picture(views: &[View], sheet: &Sheet) -> Image {
-    let grid = Grid::new(views.len(), sheet);
+    let grid = Grid::new(views, sheet);
     let mut canvas = Canvas::new(sheet.width, sheet.height);
     let scale = views
         .iter()
@@ -101,22 +101,32 @@ struct Grid {
     panel: (usize, usize),
     title: usize,
     legend: usize,
+    /// First row of pixels of the panels of each row.
+    tops: Vec<usize>,
 }
 
 impl Grid {
-    fn new(n_views: usize, sheet: &Sheet) -> Self {
-        let n_columns = (1..=n_views).find(|c| c * c >= n_views).unwrap_or(1);
-        let n_rows = n_views.div_ceil(n_columns).max(1);
+    fn new(views: &[View], sheet: &Sheet) -> Self {
+        let n_columns = (1..=views.len()).find(|c| c * c >= views.len()).unwrap_or(1);
         let share = |s: f64| (s * sheet.height as f64).round() as usize;
-        let legend = if sheet.legend.is_empty() { 0 } else { share(LEGEND_SHARE) };
         let title = share(TITLE_SHARE);
-        let panel_height = (sheet.height - legend).saturating_sub(n_rows * title) / n_rows;
-        Self { n_columns, panel: (sheet.width / n_columns, panel_height), title, legend }
+        let legend = if sheet.legend.is_empty() { 0 } else { share(LEGEND_SHARE) };
+        let rows = views.chunks(n_columns);
+        let titles: Vec<usize> =
+            rows.map(|row| if row.iter().any(|v| !v.title.is_empty()) { title } else { 0 }).collect();
+        let taken = legend + titles.iter().sum::<usize>();
+        let panel_height = sheet.height.saturating_sub(taken) / titles.len().max(1);
+        let mut tops = Vec::new();
+        let mut bottom = 0;
+        for title in titles {
+            tops.push(bottom + title);
+            bottom += title + panel_height;
+        }
+        Self { n_columns, panel: (sheet.width / n_columns, panel_height), title, legend, tops }
     }
 
     fn origin(&self, i: usize) -> (usize, usize) {
-        let (row, column) = (i / self.n_columns, i % self.n_columns);
-        (column * self.panel.0, row * (self.panel.1 + self.title) + self.title)
+        ((i % self.n_columns) * self.panel.0, self.tops[i / self.n_columns])
     }
 }
 

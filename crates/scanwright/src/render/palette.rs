@@ -6,7 +6,7 @@ pub struct Color(pub [u8; 3]);
 
 impl Color {
     /// The scan itself.
-    pub const SCAN: Self = Self([196, 196, 192]);
+    pub const SCAN: Self = Self([208, 208, 204]);
     /// No analytic surface.
     pub const FREEFORM: Self = Self([214, 196, 120]);
     /// Triangles that belong to no region.

@@ -1,9 +1,8 @@
 //! Light and lines on a z-buffer.
 //!
 //! Ambient light is dimmed by the occlusion of the depth buffer: each sample asks a fixed spiral of neighbours how
-//! far they rise above its tangent plane. M. Mittring, "Finding next gen: CryEngine 2", SIGGRAPH courses (2007), in
-//! the obscurance form of M. McGuire et al., "The alchemy screen-space ambient obscurance algorithm", High
-//! Performance Graphics (2011). Occluders that are hidden themselves cast nothing.
+//! far they rise above its tangent plane. M. McGuire, B. Osman, M. Bukowski, P. Hennessy, "The alchemy screen-space
+//! ambient obscurance algorithm", High Performance Graphics (2011). Occluders that are hidden themselves cast nothing.
 
 use crate::par;
 
@@ -11,7 +10,7 @@ use super::palette::{self, Color};
 use super::raster::{Buffer, NOTHING};
 
 /// Directions of the lights: right, up, towards the eye; not normalized.
-const KEY: [f32; 3] = [-0.42, 0.78, 0.52];
+const KEY: [f32; 3] = [-0.55, 0.74, 0.48];
 const FILL: [f32; 3] = [0.75, -0.25, 0.60];
 /// Strengths; together a face that looks at the key light is just below white times its color.
 const KEY_STRENGTH: f32 = 0.60;
@@ -141,7 +140,10 @@ fn lines(buffer: &Buffer, extent: f32) -> Vec<Line> {
             let i = y * w + x;
             let sides = [(x > 0, -1), (x + 1 < w, 1), (y > 0, -(w as isize)), (y + 1 < h, w as isize)];
             let inside = sides.into_iter().filter(|(inside, _)| *inside);
-            inside.map(|(_, d)| line_between(buffer, i, i.wrapping_add_signed(d), step)).max().unwrap_or(Line::None)
+            inside
+                .map(|(_, d)| line_between(buffer, i, i.wrapping_add_signed(d), step))
+                .max()
+                .unwrap_or(Line::None)
         };
         (0..w).map(line_at).collect::<Vec<_>>()
     });
