@@ -120,7 +120,8 @@ pub fn read_mesh(bytes: &[u8], name: &str) -> Result<ScanFile, ReadError> {
         }
     };
     if mesh.triangles.is_empty() {
-        return Err(ReadError::NoTriangles { n_points: mesh.vertices.len() });
+        let listed = if format == Format::Obj { text::count_points(bytes) } else { 0 };
+        return Err(ReadError::NoTriangles { n_points: listed.max(mesh.vertices.len()) });
     }
     let n_unused_vertices = count_unused(&mesh);
     Ok(ScanFile { mesh, format, units, n_unused_vertices, n_polygons })

@@ -156,7 +156,8 @@ fn read_faces(
             expected: "'property list uchar int vertex_indices'",
         });
     };
-    let label = label.and_then(|name| element.property(name.as_bytes()));
+    let is_scalar = |p: &usize| matches!(element.properties[*p].kind, Kind::Scalar(_));
+    let label = label.and_then(|name| element.property(name.as_bytes())).filter(is_scalar);
     let mut labels = Vec::new();
     // A triangle takes more than the smallest row: reserve what can be there.
     let mut polygons = Polygons::new(n_vertices, 0);

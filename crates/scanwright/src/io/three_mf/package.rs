@@ -1,6 +1,6 @@
 //! The archive of a 3MF: parts by name, unpacked within a budget.
 
-use super::super::error::ReadError;
+use super::super::error::{ReadError, one_line};
 use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
@@ -26,7 +26,7 @@ impl Budget {
     }
 
     pub fn error(&self) -> ReadError {
-        ReadError::Inflates { limit: self.limit, ratio: LARGEST_RATIO }
+        ReadError::Inflates { limit: self.limit }
     }
 }
 
@@ -90,8 +90,7 @@ impl<'a> Package<'a> {
 }
 
 pub(super) fn archive_error(reason: &dyn std::fmt::Display) -> ReadError {
-    let reason = reason.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    ReadError::Archive { reason }
+    ReadError::Archive { reason: one_line(reason) }
 }
 
 /// Refuses a directory of more entries than the file has room for, before the archive reader reserves space for them.
