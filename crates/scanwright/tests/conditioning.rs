@@ -71,16 +71,20 @@ fn scaling_and_moving_change_nothing_but_positions() {
 #[test]
 fn cubes_that_touch_come_apart() {
     let n = 3;
-    let shared_vertices =
-        [(Vec3::new(1.0, 1.0, 1.0), 1, 0), (Vec3::new(1.0, 1.0, 0.0), n as usize + 1, n as usize)];
-    for (offset, n_added, n_edges) in shared_vertices {
-        let conditioned = check(&union(&[cube(n, Vec3::zeros()), cube(n, offset)]));
-        let report = &conditioned.report;
-        assert_eq!((report.n_split_vertices, report.n_split_edges), (n_added, n_edges), "{offset}");
-        assert_eq!((report.n_components, report.n_boundary_edges), (2, 0), "{offset}");
-        assert_eq!(euler_characteristic(&conditioned.mesh), 4, "{offset}");
-        assert_near(conditioned.mesh.signed_volume(), 2.0, 1e-12, "volume");
-        assert_idempotent(&conditioned, "touching cubes");
+    let at_a_vertex = (Vec3::new(1.0, 1.0, 1.0), 1, 0);
+    let along_an_edge = (Vec3::new(1.0, 1.0, 0.0), n as usize + 1, n as usize);
+    // The order of the triangles must not tell which belong together.
+    for seed in 0..8 {
+        for (offset, n_added, n_edges) in [at_a_vertex, along_an_edge] {
+            let both = union(&[cube(n, Vec3::zeros()), cube(n, offset)]);
+            let conditioned = check(&shuffled(&both, &mut Rng::for_task(seed, "touch", 0)));
+            let report = &conditioned.report;
+            assert_eq!((report.n_split_vertices, report.n_split_edges), (n_added, n_edges), "{offset}");
+            assert_eq!((report.n_components, report.n_boundary_edges), (2, 0), "{offset}");
+            assert_eq!(euler_characteristic(&conditioned.mesh), 4, "{offset}");
+            assert_near(conditioned.mesh.signed_volume(), 2.0, 1e-12, "volume");
+            assert_idempotent(&conditioned, "touching cubes");
+        }
     }
 }
 
@@ -411,6 +415,14 @@ fn find(mesh: &Mesh, point: Point3) -> VertId {
 fn flipped(mesh: &Mesh, mut flip: impl FnMut(usize) -> bool) -> Mesh {
     let turn = |(t, &[a, b, c]): (usize, &[VertId; 3])| if flip(t) { [a, c, b] } else { [a, b, c] };
     Mesh { vertices: mesh.vertices.clone(), triangles: mesh.triangles.iter().enumerate().map(turn).collect() }
+}
+
+fn shuffled(mesh: &Mesh, rng: &mut Rng) -> Mesh {
+    let mut shuffled = mesh.clone();
+    for t in 1..mesh.triangles.len() {
+        shuffled.triangles.swap(t, rng.below(t + 1));
+    }
+    shuffled
 }
 
 /// Gives the share `share` of the corners vertices of their own.

@@ -23,6 +23,11 @@ use std::path::Path;
 /// so does `f32`, in which meshes are written.
 const LARGEST_COORDINATE: f64 = 1e30;
 
+/// Whether geometry can be done with a coordinate; NaN is none.
+fn is_coordinate(x: f64) -> bool {
+    x.abs() <= LARGEST_COORDINATE
+}
+
 /// A format of mesh files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -1,7 +1,7 @@
 //! Lines, words and numbers of text files, from bytes that need not be text.
 
-use super::LARGEST_COORDINATE;
 use super::error::{Place, ReadError, quoted};
+use super::is_coordinate;
 
 /// An element of a file in messages: "vertex 12".
 #[derive(Debug, Clone, Copy)]
@@ -100,7 +100,7 @@ pub(super) fn coordinate(
     place: impl Fn() -> Place,
 ) -> Result<f64, ReadError> {
     match word.and_then(parse::<f64>) {
-        Some(value) if value.abs() <= LARGEST_COORDINATE => Ok(value),
+        Some(value) if is_coordinate(value) => Ok(value),
         _ => Err(bad_coordinate(word, axis, item, place())),
     }
 }

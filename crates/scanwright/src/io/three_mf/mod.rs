@@ -7,7 +7,7 @@ mod model;
 mod package;
 
 use super::error::{ReadError, quoted};
-use super::{LARGEST_COORDINATE, Unit, check_numbering};
+use super::{Unit, check_numbering, is_coordinate};
 use crate::math::Point3;
 use crate::mesh::Mesh;
 use model::{IDENTITY, Instance, Model, Object, Transform, parse_model, parse_relationships};
@@ -158,7 +158,7 @@ impl<'a> Assembly<'a> {
         check_numbering((base + mesh.vertices.len()) as u64, "vertices")?;
         for vertex in &mesh.vertices {
             let moved = apply(transform, vertex);
-            if !(moved.coords.amax() <= LARGEST_COORDINATE) {
+            if !moved.iter().all(|x| is_coordinate(*x)) {
                 let reason = format!("a transform moves object {object} to where numbers end");
                 return Err(archive_error(&reason));
             }

@@ -39,16 +39,12 @@ struct Capped<'a, R> {
 impl<R: Read> Read for Capped<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        match self.budget.left.checked_sub(n as u64) {
-            Some(left) => {
-                self.budget.left = left;
-                Ok(n)
-            }
-            None => {
-                self.budget.exceeded = true;
-                Err(std::io::Error::other("unpacks to too much"))
-            }
-        }
+        let Some(left) = self.budget.left.checked_sub(n as u64) else {
+            self.budget.exceeded = true;
+            return Err(std::io::Error::other("unpacks to too much"));
+        };
+        self.budget.left = left;
+        Ok(n)
     }
 }
 
