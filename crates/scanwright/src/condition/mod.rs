@@ -1,5 +1,14 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
+mod clean;
+mod components;
+mod half_edges;
+mod orient;
+mod split;
+mod weld;
+
+pub use clean::{ConditionReport, Conditioned, condition};
+
 use crate::math::Point3;
 use crate::surface::Plane;
 
