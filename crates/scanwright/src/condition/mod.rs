@@ -1,10 +1,13 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
+mod boundary;
 mod edge_rounding;
 mod noise;
 mod patch;
+mod support;
 
 pub use noise::measure;
+pub use support::find_support;
 
 use crate::math::Point3;
 use crate::surface::Plane;
