@@ -9,6 +9,15 @@ mod weld;
 
 pub use clean::{ConditionReport, Conditioned, condition};
 
+mod boundary;
+mod edge_rounding;
+mod noise;
+mod patch;
+mod support;
+
+pub use noise::measure;
+pub use support::find_support;
+
 use crate::math::Point3;
 use crate::surface::Plane;
 
