@@ -128,6 +128,12 @@ impl Chart {
         Some([x, if self.outward { y } else { -y }])
     }
 
+    /// Whether loops that wind round the origin of the picture enclose nothing of the surface there: all but the apex
+    /// of a cone and the pole of a sphere.
+    pub(super) fn is_endless_at_origin(&self) -> bool {
+        matches!(self.kind, Kind::Cylinder { .. } | Kind::Torus { .. })
+    }
+
     /// Pictures of the points of a loop, whose natural coordinates are averaged `n_smoothings` times with those of
     /// their neighbours along the loop; `None` when out of range.
     pub(super) fn flat_loop(&self, points: &[Point3], n_smoothings: usize) -> Option<Vec<Flat>> {

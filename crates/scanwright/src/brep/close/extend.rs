@@ -1,8 +1,9 @@
 //! Extends the surfaces along loops to a plane, and caps there.
 
 use super::fill::fill_on_surface;
+use super::mouth::mouth;
 use super::shell::{Hole, Shell};
-use crate::math::{Point3, Vec3};
+use crate::math::{Frame, Point3, Vec3};
 use crate::surface::{Plane, Surface};
 
 /// A wall must cross the plane at least this steeply (sine) to be extended along itself; flatter ones drop straight.
@@ -24,8 +25,11 @@ pub(super) fn extend_and_cap(
     cap: u32,
 ) -> bool {
     let backup = shell.clone();
-    let contacts: Vec<Vec<u32>> =
-        holes.iter().zip(walls).map(|(hole, labels)| extrude(shell, hole, labels, plane)).collect();
+    let mut contacts = Vec::new();
+    for (hole, labels) in holes.iter().zip(walls) {
+        let ring = tube_to(shell, hole, labels, plane);
+        contacts.push(ring.unwrap_or_else(|| extrude(shell, hole, labels, plane)));
+    }
     let rims: Vec<&[u32]> = contacts.iter().map(Vec::as_slice).collect();
     let closed = fill_on_surface(shell, &rims, cap);
     if !closed {
@@ -33,6 +37,61 @@ pub(super) fn extend_and_cap(
     }
     closed
 }
+
+/// The rest of the bore or shaft that `hole` is a mouth of, down to an even ring on the plane; the ring's vertices.
+fn tube_to(shell: &mut Shell, hole: &Hole, walls: &[u32], plane: &Plane) -> Option<Vec<u32>> {
+    let mouth = mouth(shell, hole).filter(|mouth| walls.iter().all(|w| *w == mouth.label))?;
+    let surface = *shell.surface(mouth.label)?;
+    let ring = ring_on_plane(&surface, plane, shell.spacing)?;
+    let outward = shell.primitives[mouth.label as usize].outward;
+    let along = mouth.direction.dot(&surface.axis()?.direction) > 0.0;
+    let first = shell.mesh.vertices.len() as u32;
+    let mut contact: Vec<u32> = (0..ring.len() as u32).map(|i| first + i).collect();
+    shell.mesh.vertices.extend(ring);
+    // The ring runs with growing angle; the rim does on a shaft that goes on along its axis.
+    if outward != along {
+        contact.reverse();
+    }
+    let border: Vec<u32> = contact.iter().rev().copied().collect();
+    if fill_on_surface(shell, &[&hole.rim, &border], mouth.label) {
+        return Some(contact);
+    }
+    shell.mesh.vertices.truncate(first as usize);
+    None
+}
+
+/// Points round the section of a cylinder or cone by a plane that crosses all its generators.
+fn ring_on_plane(surface: &Surface, plane: &Plane, spacing: f64) -> Option<Vec<Point3>> {
+    let axis = surface.axis()?;
+    let (radius, slope) = match surface {
+        Surface::Cylinder(s) => (s.radius, 0.0),
+        Surface::Cone(s) => (s.radius, s.half_angle.tan()),
+        _ => return None,
+    };
+    let along = axis.direction.into_inner();
+    let fall = along.dot(&plane.normal);
+    let height = -plane.signed_distance(&axis.origin) / fall;
+    let middle = radius + slope * height;
+    if !(middle > 0.5 * spacing) || !height.is_finite() {
+        return None;
+    }
+    let n = (std::f64::consts::TAU * middle / spacing).round().clamp(MIN_RING, MAX_RING) as usize;
+    let frame = Frame::from_z(axis.origin, axis.direction);
+    let point = |i: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+        let round = frame.x.into_inner() * cos + frame.y.into_inner() * sin;
+        let start = axis.origin + round * radius;
+        let generator = along + round * slope;
+        let rate = generator.dot(&plane.normal);
+        let step = -plane.signed_distance(&start) / rate;
+        (rate * fall > 0.0 && radius + slope * step > 0.0).then(|| start + generator * step)
+    };
+    (0..n).map(point).collect()
+}
+
+/// Fewest and most vertices of a ring: a circle needs the first to be one, memory the second.
+const MIN_RING: f64 = 12.0;
+const MAX_RING: f64 = 4000.0;
 
 /// Walls from the rim of `hole` to the plane; the vertices of their contact line with it.
 fn extrude(shell: &mut Shell, hole: &Hole, walls: &[u32], plane: &Plane) -> Vec<u32> {

@@ -15,7 +15,7 @@ use crate::par;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 /// Smoothings tried before a self-crossing loop is given up; each moves a vertex by up to a spacing.
-const SMOOTHINGS: [usize; 5] = [0, 2, 6, 20, 60];
+pub(super) const SMOOTHINGS: [usize; 5] = [0, 2, 6, 20, 60];
 /// Points are kept this far from the loops, in spacings: nearer ones make slivers.
 const CLEARANCE: f64 = 0.6;
 
@@ -30,7 +30,8 @@ pub(super) fn fill_on_surface(shell: &mut Shell, loops: &[&[u32]], label: u32) -
         else {
             return false;
         };
-        if n_smoothings == 0 && !bounds_hole(&flats) {
+        let endless = chart.is_endless_at_origin() && winding([0.0, 0.0], &flats) != 0;
+        if n_smoothings == 0 && (endless || !bounds_hole(&flats)) {
             return false;
         }
         let inside = interior_points(&chart, &flats, &all, shell.spacing);
@@ -93,7 +94,12 @@ fn winding(point: Flat, loops: &[Vec<Flat>]) -> i32 {
 }
 
 /// Points of a regular grid on the surface that lie in the hole, clear of the loops.
-fn interior_points(chart: &Chart, flats: &[Vec<Flat>], rim: &[Point3], step: f64) -> Vec<(Point3, Flat)> {
+pub(super) fn interior_points(
+    chart: &Chart,
+    flats: &[Vec<Flat>],
+    rim: &[Point3],
+    step: f64,
+) -> Vec<(Point3, Flat)> {
     let clearance_sq = (CLEARANCE * step).powi(2);
     let grid = chart.grid(rim, step);
     let keep = par::map(&grid, |(point, flat)| {

@@ -5,6 +5,8 @@ mod extend;
 mod fill;
 mod membrane;
 mod mouth;
+mod patch;
+mod sheet;
 mod shell;
 
 use super::LabelledMesh;
@@ -77,6 +79,7 @@ pub fn close(
     let mut made = Made::default();
     let mut holes = shell.holes();
     bridge_bores(&mut shell, &mut holes);
+    join_on_planes(&mut shell, &mut holes);
     if let Some(support) = support {
         close_on_support(&mut shell, &mut holes, &support.plane, &mut made);
     }
@@ -95,9 +98,6 @@ fn spacing_of(mesh: &Mesh, tolerances: &Tolerances) -> f64 {
     }
     (mesh.total_area() / mesh.vertices.len().max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
 }
-
-/// Loops with this share of edges on one surface are taken as lying on it.
-const ON_ONE: f64 = 0.7;
 
 /// Joins the two mouths of every bore (or shaft) that face each other.
 fn bridge_bores(shell: &mut Shell, holes: &mut Vec<Hole>) {
@@ -152,11 +152,28 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
     }
 }
 
-/// Fills every loop that bounds a part of the surface most of it lies on.
+/// Fills the rings between loops that lie on one plane, such as a shoulder that is seen in places.
+fn join_on_planes(shell: &mut Shell, holes: &mut Vec<Hole>) {
+    for (label, members) in sheet::shared_planes(shell, holes) {
+        if members.iter().any(|&i| holes[i].rim.is_empty()) {
+            continue;
+        }
+        let rims: Vec<&[u32]> = members.iter().map(|&i| holes[i].rim.as_slice()).collect();
+        if fill::fill_on_surface(shell, &rims, label) {
+            for i in members {
+                holes[i].rim.clear();
+            }
+        }
+    }
+    holes.retain(|hole| !hole.rim.is_empty());
+}
+
+/// Fills every loop that bounds a part of one of its surfaces.
 fn fill_windows(shell: &mut Shell, holes: &mut Vec<Hole>) {
     holes.retain(|hole| {
-        let (label, share) = hole.main_label();
-        share < ON_ONE || !fill::fill_on_surface(shell, &[&hole.rim], label)
+        !sheet::candidates(shell, hole)
+            .into_iter()
+            .any(|label| fill::fill_on_surface(shell, &[&hole.rim], label))
     });
 }
 
@@ -186,7 +203,7 @@ fn cap_mouths(shell: &mut Shell, holes: &mut Vec<Hole>, made: &mut Made) {
 fn fill_rest(shell: &mut Shell, holes: Vec<Hole>) -> Vec<OpenHole> {
     let mut open = Vec::new();
     for hole in holes {
-        if !membrane::fill_with_membrane(shell, &hole) {
+        if !patch::fill_patch(shell, &hole) && !membrane::fill_with_membrane(shell, &hole) {
             let reason = format!("its rim of {} edges bounds no extension of its surfaces", hole.rim.len());
             open.push(OpenHole { rim: hole.rim, reason });
         }
