@@ -5,6 +5,7 @@ mod extend;
 mod fill;
 mod membrane;
 mod mouth;
+mod network;
 mod patch;
 mod sheet;
 mod shell;
@@ -80,6 +81,7 @@ pub fn close(
     let mut holes = shell.holes();
     bridge_bores(&mut shell, &mut holes);
     join_on_planes(&mut shell, &mut holes);
+    made.caps.extend(network::close_crossings(&mut shell, &mut holes));
     if let Some(support) = support {
         close_on_support(&mut shell, &mut holes, &support.plane, &mut made);
     }
