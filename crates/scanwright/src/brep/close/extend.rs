@@ -39,7 +39,7 @@ pub(super) fn extend_and_cap(
 }
 
 /// The rest of the bore or shaft that `hole` is a mouth of, down to an even ring on the plane; the ring's vertices.
-fn tube_to(shell: &mut Shell, hole: &Hole, walls: &[u32], plane: &Plane) -> Option<Vec<u32>> {
+pub(super) fn tube_to(shell: &mut Shell, hole: &Hole, walls: &[u32], plane: &Plane) -> Option<Vec<u32>> {
     let mouth = mouth(shell, hole).filter(|mouth| walls.iter().all(|w| *w == mouth.label))?;
     let surface = *shell.surface(mouth.label)?;
     let ring = ring_on_plane(&surface, plane, shell.spacing)?;

@@ -9,6 +9,7 @@ mod network;
 mod patch;
 mod sheet;
 mod shell;
+mod shoulder;
 
 use super::LabelledMesh;
 use crate::condition::Support;
@@ -85,6 +86,8 @@ pub fn close(
     if let Some(support) = support {
         close_on_support(&mut shell, &mut holes, &support.plane, &mut made);
     }
+    shoulder::join_at_planes(&mut shell, &mut holes);
+    made.caps.extend(shoulder::assume_shoulders(&mut shell, &mut holes));
     fill_windows(&mut shell, &mut holes);
     cap_mouths(&mut shell, &mut holes, &mut made);
     let open = fill_rest(&mut shell, holes);
@@ -205,7 +208,7 @@ fn cap_mouths(shell: &mut Shell, holes: &mut Vec<Hole>, made: &mut Made) {
 fn fill_rest(shell: &mut Shell, holes: Vec<Hole>) -> Vec<OpenHole> {
     let mut open = Vec::new();
     for hole in holes {
-        if !patch::fill_patch(shell, &hole) && !membrane::fill_with_membrane(shell, &hole) {
+        if !patch::fill_patch(shell, &[&hole]) && !membrane::fill_with_membrane(shell, &hole) {
             let reason = format!("its rim of {} edges bounds no extension of its surfaces", hole.rim.len());
             open.push(OpenHole { rim: hole.rim, reason });
         }

@@ -31,6 +31,11 @@ pub(super) fn mouth(shell: &Shell, hole: &Hole) -> Option<Mouth> {
     if share < LEADING {
         return None;
     }
+    mouth_of(shell, hole, label)
+}
+
+/// The mouth of the cylinder or cone `label` that `hole` is, if it winds round it.
+fn mouth_of(shell: &Shell, hole: &Hole, label: u32) -> Option<Mouth> {
     let surface = shell.surface(label)?;
     if !matches!(surface, Surface::Cylinder(_) | Surface::Cone(_)) {
         return None;
@@ -68,7 +73,7 @@ impl Mouth {
     }
 
     /// Height of `point` over this mouth's origin, into the unseen.
-    fn height(&self, point: &Point3) -> f64 {
+    pub fn height(&self, point: &Point3) -> f64 {
         (point - self.origin).dot(&self.direction)
     }
 }
@@ -76,11 +81,17 @@ impl Mouth {
 /// The two mouths of one surface that face each other with the least distance; relabels one region as the other when
 /// they were found as two.
 pub(super) fn facing_pair(shell: &mut Shell, holes: &[Hole]) -> Option<(usize, usize, u32)> {
-    let mouths: Vec<Option<Mouth>> = holes.iter().map(|hole| mouth(shell, hole)).collect();
+    let mut mouths: Vec<Option<Mouth>> = holes.iter().map(|hole| mouth(shell, hole)).collect();
+    let seen: Vec<u32> = mouths.iter().flatten().map(|m| m.label).collect();
+    for (found, hole) in mouths.iter_mut().zip(holes).filter(|(found, _)| found.is_none()) {
+        // A mouth that other surfaces cut into is one when its counterpart is seen.
+        let labels = hole.distinct_labels().into_iter().filter(|label| seen.contains(label));
+        *found = labels.filter_map(|label| mouth_of(shell, hole, label)).next();
+    }
     let mut best: Option<(f64, usize, usize)> = None;
     for i in 0..holes.len() {
         for j in i + 1..holes.len() {
-            let (Some(a), Some(b)) = (&mouths[i], &mouths[j]) else { continue };
+            let Some((a, b)) = mouths[i].as_ref().zip(mouths[j].as_ref()) else { continue };
             if !same_surface(shell, a.label, b.label) || a.direction.dot(&b.direction) > 0.0 {
                 continue;
             }

@@ -38,18 +38,20 @@ struct Patch {
     labels: Vec<u32>,
     n_rim: usize,
     neighbors: Adjacency,
+    /// Of every vertex of the rims: the next one, and the label behind the edge to it.
+    rim_edges: Vec<(usize, u32)>,
 }
 
-/// Fills `hole`; false, changing nothing, when it cannot be seen whole from any side.
-pub(super) fn fill_patch(shell: &mut Shell, hole: &Hole) -> bool {
-    let Some(mut patch) = membrane(shell, hole) else { return false };
+/// Fills what `holes` bound together; false, changing nothing, when it cannot be seen whole from any side.
+pub(super) fn fill_patch(shell: &mut Shell, holes: &[&Hole]) -> bool {
+    let Some(mut patch) = membrane(shell, holes) else { return false };
     let flat = patch.mesh.vertices.clone();
     for _ in 0..ROUNDS {
-        let labels = labelled(shell, hole, &patch);
+        let labels = labelled(shell, &patch);
         patch.labels = labels;
         relax(shell, &mut patch);
     }
-    patch.labels = labelled(shell, hole, &patch);
+    patch.labels = labelled(shell, &patch);
     smooth_labels(&mut patch);
     let far = patch
         .mesh
@@ -60,7 +62,7 @@ pub(super) fn fill_patch(shell: &mut Shell, hole: &Hole) -> bool {
     if far {
         patch.mesh.vertices = flat;
     }
-    let mut names = hole.rim.clone();
+    let mut names: Vec<u32> = holes.iter().flat_map(|hole| hole.rim.iter().copied()).collect();
     names.extend(patch.mesh.vertices[patch.n_rim..].iter().map(|p| shell.add_vertex(*p)));
     for (triangle, label) in patch.mesh.triangles.iter().zip(&patch.labels) {
         shell.add_triangle(triangle.map(|v| names[v as usize]), *label);
@@ -68,12 +70,18 @@ pub(super) fn fill_patch(shell: &mut Shell, hole: &Hole) -> bool {
     true
 }
 
-/// The harmonic membrane of the rim, triangulated in the plane across the rim's vector area.
-fn membrane(shell: &Shell, hole: &Hole) -> Option<Patch> {
-    let rim = shell.points(&hole.rim);
+/// The harmonic membrane of the rims, triangulated in the plane across their vector area.
+fn membrane(shell: &Shell, holes: &[&Hole]) -> Option<Patch> {
+    let rims: Vec<Vec<Point3>> = holes.iter().map(|hole| shell.points(&hole.rim)).collect();
+    let rim = rims.concat();
     let center = centroid(&rim);
     let n = rim.len();
-    let area: Vec3 = (0..n).map(|i| (rim[i] - center).cross(&(rim[(i + 1) % n] - center))).sum();
+    let mut rim_edges = Vec::with_capacity(n);
+    for hole in holes {
+        let (first, len) = (rim_edges.len(), hole.rim.len());
+        rim_edges.extend((0..len).map(|i| (first + (i + 1) % len, hole.labels[i])));
+    }
+    let area: Vec3 = (0..n).map(|i| (rim[i] - center).cross(&(rim[rim_edges[i].0] - center))).sum();
     let plane = Plane { point: center, normal: try_unit(area)? };
     let across = Primitive {
         surface: Some(Surface::Plane(plane)),
@@ -84,7 +92,7 @@ fn membrane(shell: &Shell, hole: &Hole) -> Option<Patch> {
     };
     let chart = Chart::new(&across, &rim)?;
     for n_smoothings in SMOOTHINGS {
-        let flats = vec![chart.flat_loop(&rim, n_smoothings)?];
+        let flats = rims.iter().map(|r| chart.flat_loop(r, n_smoothings)).collect::<Option<Vec<_>>>()?;
         let inside = interior_points(&chart, &flats, &rim, shell.spacing);
         let extra: Vec<[f64; 2]> = inside.iter().map(|p| p.1).collect();
         let Some(triangles) = triangulate(&flats, &extra) else { continue };
@@ -93,7 +101,7 @@ fn membrane(shell: &Shell, hole: &Hole) -> Option<Patch> {
         let mesh = Mesh { vertices, triangles };
         let neighbors = Adjacency::new(&mesh);
         let labels = vec![0; mesh.triangles.len()];
-        let mut patch = Patch { mesh, labels, n_rim: n, neighbors };
+        let mut patch = Patch { mesh, labels, n_rim: n, neighbors, rim_edges };
         for _ in 0..HARMONIC_PASSES {
             average(&mut patch);
         }
@@ -115,7 +123,7 @@ fn average(patch: &mut Patch) {
 }
 
 /// Labels by cheapest paths from the rim.
-fn labelled(shell: &Shell, hole: &Hole, patch: &Patch) -> Vec<u32> {
+fn labelled(shell: &Shell, patch: &Patch) -> Vec<u32> {
     let n = patch.mesh.triangles.len();
     let mut labels = vec![u32::MAX; n];
     // Costs are compared as ordered bits: non-negative floats sort like their bits.
@@ -128,8 +136,8 @@ fn labelled(shell: &Shell, hole: &Hole, patch: &Patch) -> Vec<u32> {
     for (t, triangle) in patch.mesh.triangles.iter().enumerate() {
         for k in 0..3 {
             let (a, b) = (triangle[k] as usize, triangle[(k + 1) % 3] as usize);
-            if b == (a + 1) % patch.n_rim && a < patch.n_rim && patch.neighbors.across[t][k].is_none() {
-                let label = hole.labels[a];
+            let edge = patch.rim_edges.get(a).filter(|edge| edge.0 == b);
+            if let Some(&(_, label)) = edge {
                 queue.push(Reverse((step(t, label, shell.spacing).to_bits(), t as u32, label)));
             }
         }
