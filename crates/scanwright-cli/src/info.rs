@@ -23,8 +23,7 @@ pub fn run(args: &InfoArgs) -> Result<Code, Failure> {
     let adjacency = Adjacency::new(mesh);
     let measured = condition::measure(mesh, &adjacency);
     let tolerances = Tolerances::new(measured, None);
-    let support: Option<condition::Support> = None;
-    let _ = &tolerances;
+    let support = condition::find_support(mesh, &adjacency, &tolerances, None);
 
     let mut lines = Lines::default();
     lines.add("file", &file_line(args, &file));

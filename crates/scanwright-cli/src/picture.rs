@@ -110,7 +110,9 @@ fn regions(result: &Reconstruction) -> Part {
 }
 
 fn kind_of(result: &Reconstruction, region: RegionId) -> Option<SurfaceKind> {
-    result.segmentation.primitives.get(region.0 as usize).and_then(Primitive::kind)
+    let scanned = &result.segmentation.primitives;
+    let primitives = if result.model.primitives.is_empty() { scanned } else { &result.model.primitives };
+    primitives.get(region.0 as usize).and_then(Primitive::kind)
 }
 
 fn legend(result: &Reconstruction) -> Vec<(Color, String)> {

@@ -1,5 +1,6 @@
 //! The answer a person reads: one line per fact, each begun by a word to look for.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,8 +11,10 @@ use scanwright::surface::SurfaceKind;
 
 use crate::scan::{UnitSource, Units};
 
-/// Warnings of one code that are written out; more are counted.
-const MOST_WARNINGS: usize = 4;
+/// Lines about one code that are written out.
+const MOST_LINES: usize = 5;
+/// Primitives that one line names.
+const MOST_PLACES: usize = 12;
 
 /// What was found, assumed and replaced in a run.
 pub fn of_run(
@@ -56,7 +59,7 @@ pub fn of_run(
 /// Seconds of the stages, for people.
 pub fn timings_line((stages, total): &(Vec<(&'static str, f64)>, f64)) -> String {
     let parts: Vec<String> = stages.iter().map(|(stage, secs)| format!("{stage} {secs:.2}")).collect();
-    format!("{:9}{total:.2} s: {}", "time", parts.join(", "))
+    format!("{:10}{total:.2} s: {}", "time", parts.join(", "))
 }
 
 /// Seconds of the stages and the number of threads, as JSON.
@@ -107,7 +110,7 @@ impl Lines {
     /// Adds a line about `word`.
     pub fn add(&mut self, word: &str, text: &str) {
         // Writing to a string cannot fail.
-        let _ = writeln!(self.0, "{word:9}{text}");
+        let _ = writeln!(self.0, "{word:10}{text}");
     }
 }
 
@@ -173,26 +176,39 @@ fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
     result.model.solids.iter().map(line).collect()
 }
 
-/// Warnings that no other line has said, grouped by code.
+/// Warnings that no other line has said; those of one code and text are one line.
 fn warning_lines(result: &Reconstruction) -> Vec<(&'static str, String)> {
     let said_elsewhere = |code| matches!(code, Code::UnitsAssumed | Code::SupportRemoved | Code::NoSolid);
-    let mut codes: Vec<Code> =
-        result.warnings.iter().map(|w| w.code).filter(|c| !said_elsewhere(*c)).collect();
-    codes.sort_unstable();
-    codes.dedup();
-    let mut lines = Vec::new();
-    for code in codes {
-        let of_code: Vec<_> = result.warnings.iter().filter(|w| w.code == code).collect();
-        for warning in of_code.iter().take(MOST_WARNINGS) {
-            let place = warning.region.map_or(String::new(), |r| format!("primitive {}: ", r.0));
-            lines.push((word(code), format!("{place}{} [{}]", warning.text, code.name())));
-        }
-        if of_code.len() > MOST_WARNINGS {
-            let more = of_code.len() - MOST_WARNINGS;
-            lines.push((word(code), format!("and {more} more [{}]", code.name())));
-        }
+    let mut groups: BTreeMap<(Code, &str), Vec<u32>> = BTreeMap::new();
+    for warning in result.warnings.iter().filter(|w| !said_elsewhere(w.code)) {
+        let group = groups.entry((warning.code, warning.text.as_str())).or_default();
+        group.extend(warning.region.map(|region| region.0));
+    }
+    let mut lines: Vec<(&'static str, String)> = Vec::new();
+    let mut n_of_code = 0;
+    let mut last = None;
+    for ((code, text), regions) in groups {
+        n_of_code = if last == Some(code) { n_of_code + 1 } else { 1 };
+        last = Some(code);
+        let line = match n_of_code {
+            n if n <= MOST_LINES => format!("{}{text} [{}]", places(&regions), code.name()),
+            n if n == MOST_LINES + 1 => format!("and more, see the JSON [{}]", code.name()),
+            _ => continue,
+        };
+        lines.push((word(code), line));
     }
     lines
+}
+
+/// The primitives that a line is about.
+fn places(regions: &[u32]) -> String {
+    let names = |ids: &[u32]| ids.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
+    match regions {
+        [] => String::new(),
+        [one] => format!("primitive {one}: "),
+        few if few.len() <= MOST_PLACES => format!("primitives {}: ", names(few)),
+        many => format!("{} primitives ({} ..): ", many.len(), names(&many[..MOST_PLACES])),
+    }
 }
 
 /// How a line about `code` begins.

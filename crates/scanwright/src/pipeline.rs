@@ -15,6 +15,7 @@ use crate::deviation::{self, Deviation};
 use crate::math::UnitVec3;
 use crate::mesh::{Mesh, TriId};
 use crate::progress::{Cancelled, Progress, Stage};
+use crate::recognize::Primitive;
 use crate::segment::{RegionId, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
@@ -126,6 +127,8 @@ pub struct Model {
     pub mesh: Mesh,
     /// One per triangle of `mesh`: the region whose surface the face lies on.
     pub regions: Vec<RegionId>,
+    /// One per region: those of the scan, then those that were assumed.
+    pub primitives: Vec<Primitive>,
     /// One per triangle of `mesh`: whether its face was invented to close the solid.
     pub assumed: Vec<bool>,
 }
@@ -166,19 +169,22 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let support = stages::find_support(&scan, options);
     progress.report(Stage::Support, 1.0)?;
 
-    let normals = stages::denoise(&scan);
+    let part = stages::without_support(&scan, support.as_ref());
+    let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 
-    let segmentation = stages::segment(&scan, &normals, support.as_ref(), options);
+    let segmentation = stages::segment(&part, &normals, &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
 
-    let segmentation = stages::regularize(&scan, segmentation);
+    let segmentation = stages::regularize(segmentation, &scan.tolerances);
     progress.report(Stage::Regularize, 1.0)?;
 
-    let (model, mut warnings) = stages::build(&scan, &segmentation, support.as_ref());
-    let deviation = part_deviation(&scan.mesh, support.as_ref(), &model.mesh);
+    let (model, mut warnings) = stages::build(&part, &segmentation, support.as_ref(), &scan.tolerances);
+    let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
+    let labels = stages::labels_of_scan(&scan, &part, &segmentation.labels);
+    let segmentation = Segmentation { labels, ..segmentation };
     warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
     let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
     Ok(Reconstruction {
@@ -193,10 +199,4 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
         deviation,
         warnings,
     })
-}
-
-/// Distances of the vertices that are not the table's to the model.
-fn part_deviation(mesh: &Mesh, support: Option<&Support>, model: &Mesh) -> Option<Deviation> {
-    let (part, _, _) = mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
-    deviation::measure(&part.vertices, model)
 }

@@ -13,7 +13,7 @@
 //! Cost: a bounded number of sites. It cannot tell the spot from fillets when every edge has the same fillet; edges
 //! rounder than [`MAX_ROUNDING`] spacings are not put down to the scanner.
 
-use crate::math::{Point3, Vec3, centroid, principal_axes, stats, try_unit};
+use crate::math::{Point3, Vec3, centroid, principal_axes, try_unit};
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
 
@@ -51,8 +51,13 @@ const FLAT_SIGMAS: f64 = 2.0;
 const FLAT_SHARE: f64 = 0.12;
 /// Roundings beyond this many spacings are not the scanner's.
 const MAX_ROUNDING: f64 = 2.0;
-/// Quantile of the sites' squared rounding that is taken.
-const SITE_QUANTILE: f64 = 0.4;
+/// Highest over lowest squared rounding of one crowd: sites of sharp edges scatter by some 10 % in width.
+const CROWD_RATIO: f64 = 1.5;
+/// Size of the lowest crowd as a share of the largest one: parts with mostly broken edges show few sharp ones.
+const CROWD_SHARE: f64 = 0.08;
+/// What meshing adds to the squared rounding, in squared spacings: triangles cut across an edge, and the field they
+/// were drawn from is interpolated between its samples. Measured on simulated scans of known spot: 0.09 to 0.17.
+const MESHING_SHARE: f64 = 0.12;
 
 /// Standard deviation of the scanner's spot; zero when too few edges show it.
 pub(super) fn edge_rounding(
@@ -63,13 +68,30 @@ pub(super) fn edge_rounding(
     spacing: f64,
     noise: f64,
 ) -> f64 {
-    let mut squares = site_squares(mesh, adjacency, normals, patches, spacing, noise);
-    if squares.len() < MIN_SITES {
-        return 0.0;
-    }
-    let square = stats::quantile(&mut squares, SITE_QUANTILE).unwrap_or(0.0);
-    let rounding = square.max(0.0).sqrt();
+    let squares = site_squares(mesh, adjacency, normals, patches, spacing, noise);
+    let Some(square) = lowest_crowd(squares) else { return 0.0 };
+    let rounding = (square - MESHING_SHARE * spacing * spacing).max(0.0).sqrt();
     if rounding <= MAX_ROUNDING * spacing { rounding } else { 0.0 }
+}
+
+/// Median of the crowd at the low end of the sites' squared roundings: fillets and chamfers make crowds of their own
+/// above it, noise makes stragglers below.
+fn lowest_crowd(mut squares: Vec<f64>) -> Option<f64> {
+    squares.retain(|s| *s > 0.0);
+    squares.sort_unstable_by(f64::total_cmp);
+    let end = |i: usize| squares.partition_point(|s| *s <= CROWD_RATIO * squares[i]);
+    let sizes: Vec<usize> = (0..squares.len()).map(|i| end(i) - i).collect();
+    let least = (CROWD_SHARE * *sizes.iter().max()? as f64).max(MIN_SITES as f64);
+    let mut start = sizes.iter().position(|n| *n as f64 >= least)?;
+    // Climbs from the first sites that are crowded at all to the densest place near them.
+    loop {
+        let densest = (start..end(start)).rev().max_by_key(|i| sizes[*i])?;
+        if sizes[densest] <= sizes[start] {
+            break;
+        }
+        start = densest;
+    }
+    Some(squares[(start + end(start)) / 2])
 }
 
 fn site_squares(
@@ -107,6 +129,14 @@ struct Wedge {
     up: Vec3,
     /// Tangent of half the turning angle.
     slope: f64,
+}
+
+/// Sums over the vertices of one bin across the edge.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bin {
+    t: f64,
+    lost: f64,
+    n: f64,
 }
 
 impl Site<'_> {
@@ -181,7 +211,7 @@ impl Site<'_> {
     fn lost_area(&self, near: &[u32], wedge: &Wedge) -> Option<f64> {
         let reach = SIDE_FROM * self.spacing / (1.0 + wedge.slope * wedge.slope).sqrt();
         let width = 2.0 * reach / N_BINS as f64;
-        let mut bins = [(0.0, 0.0); N_BINS];
+        let mut bins = [Bin::default(); N_BINS];
         for &v in near {
             let offset = self.mesh.vertices[v as usize] - wedge.apex;
             let (t, z) = (offset.dot(&wedge.across), offset.dot(&wedge.up));
@@ -189,17 +219,14 @@ impl Site<'_> {
             if offset.dot(&wedge.along).abs() > HALF_LENGTH * self.spacing || bin < 0.0 || bin >= N_BINS as f64 {
                 continue;
             }
-            let (sum, n) = &mut bins[bin as usize];
-            *sum -= z + wedge.slope * t.abs();
-            *n += 1.0;
+            let bin = &mut bins[bin as usize];
+            bin.t += t;
+            bin.lost -= z + wedge.slope * t.abs();
+            bin.n += 1.0;
         }
-        let mut area = 0.0;
-        for (sum, n) in bins {
-            if n == 0.0 {
-                return None;
-            }
-            area += width * sum / n;
-        }
+        let filled: Vec<(f64, f64)> =
+            bins.iter().filter(|b| b.n > 0.0).map(|b| (b.t / b.n, b.lost / b.n)).collect();
+        let area: f64 = filled.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum();
         Some(area)
     }
 }

@@ -149,7 +149,9 @@ fn cut_shared(mesh: &Mesh, half_edges: &mut HalfEdges) -> bool {
             changed = true;
         }
         crowd => {
-            crowd.iter().for_each(|&h| half_edges.cut(h));
+            for &h in crowd {
+                half_edges.cut(h);
+            }
             changed = true;
         }
     });

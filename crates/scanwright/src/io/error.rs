@@ -100,13 +100,11 @@ pub enum ReadError {
     },
     /// A 3MF that unpacks to more than is allowed.
     #[error(
-        "the 3MF unpacks to more than {limit} bytes, {ratio} times its size; it is damaged or made to exhaust memory"
+        "the 3MF unpacks to more than {limit} bytes, the most allowed for its size; it is damaged or made to exhaust memory"
     )]
     Inflates {
         /// Bytes allowed.
         limit: u64,
-        /// The allowed ratio.
-        ratio: u64,
     },
     /// More elements than an index can number.
     #[error("more than {limit} {element}; split the scan")]
@@ -154,11 +152,22 @@ impl fmt::Display for Place {
     }
 }
 
-/// `bytes` as they may stand in a one-line message: quoted, escaped and cut.
+/// A value as it may stand in a one-line message: quoted, escaped and cut. Hostile files hold words of megabytes.
 pub(super) fn quoted(bytes: &[u8]) -> String {
-    /// Enough to recognize a value; hostile files hold words of megabytes.
     const LONGEST: usize = 40;
-    let cut = &bytes[..bytes.len().min(LONGEST)];
+    format!("'{}'", escaped(bytes, LONGEST))
+}
+
+/// Someone else's message as it may stand in ours.
+pub(super) fn one_line(message: &dyn fmt::Display) -> String {
+    const LONGEST: usize = 120;
+    escaped(message.to_string().as_bytes(), LONGEST)
+}
+
+fn escaped(bytes: &[u8], longest: usize) -> String {
+    let cut = &bytes[..bytes.len().min(longest)];
     let dots = if cut.len() < bytes.len() { "..." } else { "" };
-    format!("'{}{dots}'", cut.escape_ascii())
+    // The quotes inside need no escape, unlike control characters and what is no ASCII.
+    let text = cut.escape_ascii().to_string().replace("\\'", "'").replace("\\\"", "\"");
+    format!("{text}{dots}")
 }

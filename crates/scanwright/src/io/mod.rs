@@ -23,6 +23,11 @@ use std::path::Path;
 /// so does `f32`, in which meshes are written.
 const LARGEST_COORDINATE: f64 = 1e30;
 
+/// Whether geometry can be done with a coordinate; NaN is none.
+fn is_coordinate(x: f64) -> bool {
+    x.abs() <= LARGEST_COORDINATE
+}
+
 /// A format of mesh files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -120,7 +125,8 @@ pub fn read_mesh(bytes: &[u8], name: &str) -> Result<ScanFile, ReadError> {
         }
     };
     if mesh.triangles.is_empty() {
-        return Err(ReadError::NoTriangles { n_points: mesh.vertices.len() });
+        let listed = if format == Format::Obj { text::count_points(bytes) } else { 0 };
+        return Err(ReadError::NoTriangles { n_points: listed.max(mesh.vertices.len()) });
     }
     let n_unused_vertices = count_unused(&mesh);
     Ok(ScanFile { mesh, format, units, n_unused_vertices, n_polygons })

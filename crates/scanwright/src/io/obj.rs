@@ -108,7 +108,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, usize), ReadError> {
             last,
         });
     }
-    Ok((Mesh { vertices, triangles: polygons.triangles }, polygons.n_polygons))
+    Ok((Mesh { vertices, triangles: polygons.triangles }, polygons.n_larger))
 }
 
 fn read_face<'a>(

@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, usize), ReadError> {
     if lines.next_uncommented().is_some_and(|line| line.iter().any(|&b| b != 0)) {
         return Err(ReadError::Trailing { place: lines.place(), element: "faces" });
     }
-    Ok((Mesh { vertices, triangles: polygons.triangles }, polygons.n_polygons))
+    Ok((Mesh { vertices, triangles: polygons.triangles }, polygons.n_larger))
 }
 
 /// The keyword, if there is one, and the counts after it.

@@ -9,7 +9,8 @@ use crate::mesh::VertId;
 #[derive(Debug)]
 pub(super) struct Polygons {
     pub triangles: Vec<[VertId; 3]>,
-    pub n_polygons: usize,
+    /// Faces of more than three corners.
+    pub n_larger: usize,
     n_vertices: usize,
     /// Index of the first vertex in this format: 0 or 1.
     first: i64,
@@ -18,7 +19,7 @@ pub(super) struct Polygons {
 
 impl Polygons {
     pub fn new(n_vertices: usize, first: i64) -> Self {
-        Self { triangles: Vec::new(), n_polygons: 0, n_vertices, first, corners: Vec::new() }
+        Self { triangles: Vec::new(), n_larger: 0, n_vertices, first, corners: Vec::new() }
     }
 
     /// Changes how many vertices there are.
@@ -56,7 +57,7 @@ impl Polygons {
         for pair in self.corners[1..].windows(2) {
             self.triangles.push([self.corners[0], pair[0], pair[1]]);
         }
-        self.n_polygons += usize::from(n > 3);
+        self.n_larger += usize::from(n > 3);
         self.corners.clear();
         Ok(())
     }

@@ -5,7 +5,7 @@
 
 use super::error::{Place, ReadError, quoted};
 use super::text::{Item, Lines, bad_coordinate, coordinate, next_word};
-use super::{LARGEST_COORDINATE, check_numbering};
+use super::{check_numbering, is_coordinate};
 use crate::math::Point3;
 use crate::mesh::Mesh;
 
@@ -56,7 +56,7 @@ pub(super) fn read_binary(bytes: &[u8]) -> Result<Mesh, ReadError> {
                 let raw = &record[at + 4 * axis..at + 4 * axis + 4];
                 f64::from(f32::from_le_bytes(raw.try_into().expect("four bytes")))
             });
-            if let Some(axis) = xyz.iter().position(|x| !(x.abs() <= LARGEST_COORDINATE)) {
+            if let Some(axis) = xyz.iter().position(|x| !is_coordinate(*x)) {
                 let place = Place::Byte(HEADER + t * RECORD + at + 4 * axis);
                 let value = xyz[axis].to_string();
                 let item = Item { kind: "corner", index: corner };

@@ -1,7 +1,7 @@
 //! Lines, words and numbers of text files, from bytes that need not be text.
 
-use super::LARGEST_COORDINATE;
 use super::error::{Place, ReadError, quoted};
+use super::is_coordinate;
 
 /// An element of a file in messages: "vertex 12".
 #[derive(Debug, Clone, Copy)]
@@ -100,7 +100,7 @@ pub(super) fn coordinate(
     place: impl Fn() -> Place,
 ) -> Result<f64, ReadError> {
     match word.and_then(parse::<f64>) {
-        Some(value) if value.abs() <= LARGEST_COORDINATE => Ok(value),
+        Some(value) if is_coordinate(value) => Ok(value),
         _ => Err(bad_coordinate(word, axis, item, place())),
     }
 }
@@ -116,24 +116,28 @@ pub(super) fn bad_coordinate(word: Option<&[u8]>, axis: usize, item: Item, place
     }
 }
 
-/// How many points a plain list of points holds: lines of three or more numbers, after at most one line with a count.
-/// Zero if the file is anything else.
+/// How many points a plain list of points holds: lines of three or more numbers, which a letter ("p") may announce,
+/// after at most one line with a count. Zero if the file is anything else.
 pub(super) fn count_points(bytes: &[u8]) -> usize {
     let mut lines = Lines::new(bytes, 0);
-    let mut n_points = 0;
-    let mut n_other = 0;
+    let (mut n_points, mut n_counts) = (0, 0);
     while let Some(line) = lines.next_uncommented() {
-        let words =
-            || line.split(|b| b.is_ascii_whitespace() || b",;".contains(b)).filter(|word| !word.is_empty());
-        if !words().all(|word| parse::<f64>(word).is_some()) {
-            return 0;
+        let mut words =
+            line.split(|b| b.is_ascii_whitespace() || b",;".contains(b)).filter(|w| !w.is_empty()).peekable();
+        let letter = words.next_if(|word| matches!(word, [b] if b.is_ascii_alphabetic()));
+        let mut n_numbers = 0;
+        for word in words {
+            if parse::<f64>(word).is_none() {
+                return 0;
+            }
+            n_numbers += 1;
         }
-        if words().count() < 3 {
-            n_other += 1;
-        } else {
-            n_points += 1;
+        match letter {
+            None | Some(b"p" | b"v") if 3 <= n_numbers => n_points += 1,
+            None => n_counts += 1,
+            Some(_) => {}
         }
-        if 1 < n_other {
+        if 1 < n_counts {
             return 0;
         }
     }

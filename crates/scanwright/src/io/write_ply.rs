@@ -32,18 +32,13 @@ pub fn write_ply(mesh: &Mesh, labels: Option<(&str, &[i32])>, colors: Option<&[[
 }
 
 fn header(mesh: &Mesh, label: Option<&str>, colored: bool) -> String {
-    let mut text = format!(
+    let label = label.map_or_else(String::new, |name| format!("property int {name}\n"));
+    let colors = if colored { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
+    format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
          property float x\nproperty float y\nproperty float z\n\
-         element face {}\nproperty list uchar int vertex_indices\n",
+         element face {}\nproperty list uchar int vertex_indices\n{label}{colors}end_header\n",
         mesh.vertices.len(),
         mesh.triangles.len(),
-    );
-    if let Some(name) = label {
-        text += &format!("property int {name}\n");
-    }
-    if colored {
-        text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-    }
-    text + "end_header\n"
+    )
 }

@@ -1,12 +1,14 @@
 //! One function per stage: what each is given and what it leaves for the next.
 
+use crate::brep::LabelledMesh;
+use crate::brep::close;
 use crate::condition::{self, ConditionReport, Conditioned, Support};
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
-use crate::segment::{self, SegmentOptions, Segmentation};
+use crate::segment::{self, RegionId, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
-use super::{Code, Model, Options, SupportSearch, Warning};
+use super::{Code, Model, Options, SupportSearch, Warning, warning};
 
 /// The conditioned scan with what was measured from it.
 pub(super) struct Scan {
@@ -27,41 +29,68 @@ pub(super) fn measure(conditioned: Conditioned, options: &Options) -> Scan {
 }
 
 pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
-    if options.support == SupportSearch::None {
-        return None;
+    match options.support {
+        SupportSearch::None => None,
+        SupportSearch::Auto => {
+            condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up)
+        }
     }
-    // TODO(integrator): condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up).
-    let _ = (&scan.adjacency, options.up);
-    None
+}
+
+/// The scan without the table.
+pub(super) struct Part {
+    pub mesh: Mesh,
+    pub adjacency: Adjacency,
+    /// One per triangle of the part: its index in the conditioned scan.
+    pub scan_triangle: Vec<TriId>,
+}
+
+pub(super) fn without_support(scan: &Scan, support: Option<&Support>) -> Part {
+    let (mesh, scan_triangle, _) = scan.mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
+    let adjacency = Adjacency::new(&mesh);
+    Part { mesh, adjacency, scan_triangle }
 }
 
 /// One filtered unit normal per vertex.
-pub(super) fn denoise(scan: &Scan) -> Vec<Vec3> {
+pub(super) fn denoise(part: &Part, _tolerances: &Tolerances) -> Vec<Vec3> {
     // TODO(integrator): denoise::denoise(.., &DenoiseMethod::default()), vertex normals of its result.
-    scan.mesh.vertex_normals()
+    part.mesh.vertex_normals()
 }
 
 pub(super) fn segment(
-    scan: &Scan,
+    part: &Part,
     normals: &[Vec3],
-    _support: Option<&Support>,
+    tolerances: &Tolerances,
     options: &Options,
 ) -> Segmentation {
-    // TODO(integrator): without the triangles that are the table's.
     let options = SegmentOptions { min_face: options.min_face };
-    segment::segment(&scan.mesh, &scan.adjacency, normals, &scan.tolerances, &options)
+    segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }
 
-pub(super) fn regularize(_scan: &Scan, segmentation: Segmentation) -> Segmentation {
+pub(super) fn regularize(segmentation: Segmentation, _tolerances: &Tolerances) -> Segmentation {
     // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
     segmentation
 }
 
 pub(super) fn build(
-    _scan: &Scan,
-    _segmentation: &Segmentation,
-    _support: Option<&Support>,
+    part: &Part,
+    segmentation: &Segmentation,
+    support: Option<&Support>,
+    tolerances: &Tolerances,
 ) -> (Model, Vec<Warning>) {
-    // TODO(integrator): brep::close::close, brep::build, brep::check, brep::tessellate.
-    (Model::default(), vec![Warning::new(Code::NoSolid, "no solid was made")])
+    let closed = close::close(&part.mesh, segmentation, support, tolerances);
+    let mut warnings = warning::of_closing(&closed);
+    // TODO(integrator): brep::build, brep::check, brep::tessellate; until then the closed mesh stands for the solid.
+    warnings.push(Warning::new(Code::NoSolid, "no solid was made"));
+    let LabelledMesh { mesh, labels, primitives, assumed } = closed.labelled;
+    (Model { solids: Vec::new(), mesh, regions: labels, primitives, assumed }, warnings)
+}
+
+/// The labels of the part as labels of the conditioned scan.
+pub(super) fn labels_of_scan(scan: &Scan, part: &Part, labels: &[Option<RegionId>]) -> Vec<Option<RegionId>> {
+    let mut all = vec![None; scan.mesh.triangles.len()];
+    for (label, &t) in labels.iter().zip(&part.scan_triangle) {
+        all[t as usize] = *label;
+    }
+    all
 }

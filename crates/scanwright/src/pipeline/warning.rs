@@ -1,3 +1,4 @@
+use crate::brep::close::{Assumption, Closed};
 use crate::condition::Support;
 use crate::mesh::Mesh;
 use crate::segment::{RegionId, Segmentation};
@@ -160,4 +161,22 @@ fn unexplained(mesh: &Mesh, segmentation: &Segmentation, support: Option<&Suppor
     let share = if part > 0.0 { without / part } else { 0.0 };
     let text = || format!("{:.1} % of the part's area belongs to no surface", 100.0 * share);
     (share > UNEXPLAINED_SHARE).then(|| Warning::new(Code::Unexplained, text()))
+}
+
+/// What closing the scan's holes assumed, and what it left open.
+pub(super) fn of_closing(closed: &Closed) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for face in &closed.assumed_faces {
+        let text = match face.assumption {
+            Assumption::Extended => "extended into what the scanner did not see",
+            Assumption::Support => "the bottom on the table, which the scanner did not see",
+            Assumption::Cap => "a flat end that nothing shows",
+        };
+        warnings.push(Warning::about(Code::AssumedFace, face.region, text));
+    }
+    for hole in &closed.open {
+        let text = format!("a hole with {} edges was left open: {}", hole.rim.len(), hole.reason);
+        warnings.push(Warning::new(Code::Open, text));
+    }
+    warnings
 }

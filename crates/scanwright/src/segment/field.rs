@@ -41,6 +41,13 @@ pub struct Hypothesis {
     pub support: Vec<(u32, f32)>,
 }
 
+impl Hypothesis {
+    /// The same surface with other costs.
+    pub(super) fn with_support(&self, support: Vec<(u32, f32)>) -> Self {
+        Self { fit: self.fit, mean_cost: self.mean_cost, lack: self.lack, support }
+    }
+}
+
 impl<'a> Field<'a> {
     /// Total noise starts at this multiple of the white noise: the wavy part is not seen by the estimate.
     const TOTAL_PER_WHITE: f64 = 1.8;

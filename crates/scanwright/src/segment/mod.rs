@@ -13,12 +13,16 @@ mod grow;
 mod label;
 mod refresh;
 mod select;
+mod split;
 
 pub use field::Field;
+use field::{Hypothesis, Scratch};
 
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh};
+use crate::par;
 use crate::recognize::Primitive;
+use crate::surface::SurfaceKind;
 use crate::tolerance::Tolerances;
 
 /// Index of a region: its place in [`Segmentation::primitives`].
@@ -59,6 +63,8 @@ pub fn segment(
         grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels, &cover);
         dump("explored", &field, &hypotheses);
         for _ in 0..2 {
+            let (selected, _) = select::select(&field, &hypotheses);
+            hypotheses.extend(alternatives(&field, &selected));
             let (selected, selected_cover) = select::select(&field, &hypotheses);
             cover = selected_cover;
             labels = label::label(&field, &selected, &cover);
@@ -70,6 +76,15 @@ pub fn segment(
     let (selected, cover) = select::select(&field, &hypotheses);
     labels = label::label(&field, &selected, &cover);
     finish::finish(mesh, &field, labels, options)
+}
+
+/// Simpler surfaces that might stand in for the complex ones selected.
+fn alternatives(field: &Field, selected: &[Hypothesis]) -> Vec<Hypothesis> {
+    let found = par::map(selected, |hypothesis| match hypothesis.fit.surface.kind() {
+        SurfaceKind::Plane | SurfaceKind::Cylinder => Vec::new(),
+        _ => split::parts(field, hypothesis, &mut Scratch::new(field.len())),
+    });
+    found.into_iter().flatten().collect()
 }
 
 /// Vertices of a seed's first patch, per round: later rounds look for what is small.

@@ -4,11 +4,13 @@
 //! Costs below a dead zone count as equally good: without it a plane is tiled by patches that each follow the wavy
 //! noise a little better.
 
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::cover::Cover;
 use super::field::{Field, Hypothesis};
 use crate::par;
+use crate::surface::SurfaceKind;
 
 /// Costs below this are all perfect: two sigmas.
 pub(super) const DEAD_ZONE: f32 = 3.5;
@@ -19,43 +21,77 @@ const PRICE: f64 = 25.0;
 /// Least gain of a surface worth having.
 const MIN_GAIN: f64 = 120.0;
 
-/// Selected surfaces in the order of their gain, each with its smoothed costs.
+/// Selected surfaces in the order of their gain, each with its smoothed costs, and what they explain.
 pub(super) fn select(field: &Field, hypotheses: &[Hypothesis]) -> (Vec<Hypothesis>, Cover) {
-    let smoothed = par::map(hypotheses, |h| smooth(field, h));
-    let price: Vec<f64> =
-        hypotheses.iter().map(|h| PRICE * h.fit.surface.kind().degrees_of_freedom() as f64).collect();
+    let smoothed: Vec<Hypothesis> =
+        par::map(hypotheses, |h| h.with_support(smooth(field, h)));
+    let chosen = greedy(field, &smoothed);
+    let chosen = exchange(field, &smoothed, chosen);
+    let cover = Cover::of(field, chosen.iter().map(|&k| &smoothed[k]));
+    (chosen.into_iter().map(|k| smoothed[k].clone()).collect(), cover)
+}
+
+/// Price of using a surface.
+pub(super) fn price(hypothesis: &Hypothesis) -> f64 {
+    PRICE * hypothesis.fit.surface.kind().degrees_of_freedom() as f64
+}
+
+/// What a hypothesis saves over `best`, less its price.
+fn gain(hypothesis: &Hypothesis, best: &[f32]) -> f64 {
+    let saved =
+        hypothesis.support.iter().map(|&(v, c)| f64::from((best[v as usize] - c.max(DEAD_ZONE)).max(0.0)));
+    saved.sum::<f64>() - price(hypothesis)
+}
+
+/// Indices of the hypotheses taken one by one, always the one that saves most.
+fn greedy(field: &Field, hypotheses: &[Hypothesis]) -> Vec<usize> {
     let mut cover = Cover::new(field);
-    let gain = |k: usize, best: &[f32]| {
-        let sum: f64 =
-            smoothed[k].iter().map(|&(v, c)| f64::from((best[v as usize] - c.max(DEAD_ZONE)).max(0.0))).sum();
-        sum - price[k]
-    };
-    let mut heap: BinaryHeap<Candidate> =
-        (0..hypotheses.len()).map(|k| Candidate { gain: gain(k, &cover.best), index: k }).collect();
-    let mut selected = Vec::new();
+    let mut heap: BinaryHeap<Candidate> = hypotheses
+        .iter()
+        .enumerate()
+        .map(|(index, h)| Candidate { gain: gain(h, &cover.best), index })
+        .collect();
+    let mut chosen = Vec::new();
     while let Some(top) = heap.pop() {
         if top.gain < MIN_GAIN {
             break;
         }
         // Gains only fall as the cover grows: a candidate is the best if its refreshed gain still is.
-        let now = gain(top.index, &cover.best);
+        let now = gain(&hypotheses[top.index], &cover.best);
         if heap.peek().is_some_and(|next| next.gain > now) {
             heap.push(Candidate { gain: now, index: top.index });
-            continue;
+        } else if now >= MIN_GAIN {
+            cover.add(field, &hypotheses[top.index]);
+            chosen.push(top.index);
         }
-        if now < MIN_GAIN {
-            continue;
-        }
-        let hypothesis = Hypothesis {
-            support: smoothed[top.index].clone(),
-            fit: hypotheses[top.index].fit,
-            mean_cost: hypotheses[top.index].mean_cost,
-            lack: hypotheses[top.index].lack,
-        };
-        cover.add(field, &hypothesis);
-        selected.push(hypothesis);
     }
-    (selected, cover)
+    chosen
+}
+
+/// Replaces surfaces that greed took too early: a torus over two chamfers and the ring between them saves more than
+/// each of the three alone, but less than all three with their rounded edges.
+fn exchange(field: &Field, hypotheses: &[Hypothesis], mut chosen: Vec<usize>) -> Vec<usize> {
+    /// Rounds of trying every surface; an exchange rarely opens the way to another.
+    const ROUNDS: usize = 2;
+    for _ in 0..ROUNDS {
+        let is_complex = |k: &usize| SurfaceKind::Cone <= hypotheses[*k].fit.surface.kind();
+        let mut order: Vec<usize> = chosen.iter().copied().filter(is_complex).collect();
+        order.sort_by_key(|&k| (Reverse(hypotheses[k].fit.surface.kind()), k));
+        let mut n_exchanged = 0;
+        let mut cover = Cover::of(field, chosen.iter().map(|&k| &hypotheses[k]));
+        for k in order {
+            let Some(at) = chosen.iter().position(|&c| c == k) else { continue };
+            let Some(instead) = cover.replacement(field, hypotheses, &chosen, at) else { continue };
+            chosen.remove(at);
+            chosen.extend(instead);
+            cover = Cover::of(field, chosen.iter().map(|&k| &hypotheses[k]));
+            n_exchanged += 1;
+        }
+        if n_exchanged == 0 {
+            break;
+        }
+    }
+    chosen
 }
 
 /// Mean cost over each supporting vertex and its supporting ring.

@@ -8,7 +8,7 @@ mod header;
 use super::error::{Place, ReadError};
 use super::polygons::Polygons;
 use super::text::{Item, bad_coordinate};
-use super::{LARGEST_COORDINATE, check_numbering};
+use super::{check_numbering, is_coordinate};
 use crate::math::Point3;
 use crate::mesh::Mesh;
 use body::{Body, Number};
@@ -101,8 +101,7 @@ fn read_vertices(body: &mut Body<'_>, element: &Element<'_>) -> Result<Vec<Point
                 (Kind::Scalar(scalar), Some(axis)) => {
                     let place = body.place();
                     let x = body.scalar(scalar, item)?.as_real();
-                    // Also refuses NaN.
-                    if !(x.abs() <= LARGEST_COORDINATE) {
+                    if !is_coordinate(x) {
                         return Err(bad_coordinate(Some(x.to_string().as_bytes()), *axis, item, place));
                     }
                     xyz[*axis] = x;
@@ -156,7 +155,8 @@ fn read_faces(
             expected: "'property list uchar int vertex_indices'",
         });
     };
-    let label = label.and_then(|name| element.property(name.as_bytes()));
+    let is_scalar = |p: &usize| matches!(element.properties[*p].kind, Kind::Scalar(_));
+    let label = label.and_then(|name| element.property(name.as_bytes())).filter(is_scalar);
     let mut labels = Vec::new();
     // A triangle takes more than the smallest row: reserve what can be there.
     let mut polygons = Polygons::new(n_vertices, 0);
@@ -189,7 +189,7 @@ fn read_faces(
         }
     }
     ply.mesh.triangles = polygons.triangles;
-    ply.n_polygons = polygons.n_polygons;
+    ply.n_polygons = polygons.n_larger;
     ply.labels = label.map(|_| labels);
     Ok(())
 }

@@ -6,13 +6,13 @@
 mod model;
 mod package;
 
-use super::error::ReadError;
-use super::{LARGEST_COORDINATE, Unit, check_numbering};
+use super::error::{ReadError, quoted};
+use super::{Unit, check_numbering, is_coordinate};
 use crate::math::Point3;
 use crate::mesh::Mesh;
 use model::{IDENTITY, Instance, Model, Object, Transform, parse_model, parse_relationships};
 use package::{Package, archive_error};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Components nested deeper are refused; assemblies have three or four levels.
 const DEEPEST: usize = 32;
@@ -73,8 +73,9 @@ fn load(
         let objects = model.objects.values_mut().flat_map(|object| &mut object.components);
         for instance in objects.chain(&mut model.items) {
             if let Some(path) = &mut instance.path {
-                *path =
-                    package.find(path).ok_or_else(|| archive_error(&format!("part '{path}' is missing")))?;
+                *path = package
+                    .find(path)
+                    .ok_or_else(|| archive_error(&format!("part {} is missing", quoted(path.as_bytes()))))?;
                 wanted.push(path.clone());
             }
         }
@@ -83,12 +84,15 @@ fn load(
     Ok(())
 }
 
-/// The build items; all objects when there are none.
+/// The build items; when there are none, the objects that are no component of another.
 fn items(model: &Model) -> Vec<Instance> {
     if !model.items.is_empty() {
         return model.items.clone();
     }
-    model.objects.keys().map(|&object| Instance { path: None, object, transform: IDENTITY }).collect()
+    let components = model.objects.values().flat_map(|object| &object.components);
+    let used: BTreeSet<u32> = components.filter(|c| c.path.is_none()).map(|c| c.object).collect();
+    let whole = model.objects.keys().filter(|id| !used.contains(id));
+    whole.map(|&object| Instance { path: None, object, transform: IDENTITY }).collect()
 }
 
 struct Assembly<'a> {
@@ -102,7 +106,13 @@ impl<'a> Assembly<'a> {
     fn find<'b>(&self, part: &'b str, instance: &'b Instance) -> Result<(&'b str, &'a Object), ReadError> {
         let part = instance.path.as_deref().unwrap_or(part);
         let object = self.models.get(part).and_then(|model| model.objects.get(&instance.object));
-        let missing = || archive_error(&format!("object {} of part '{part}' is missing", instance.object));
+        let missing = || {
+            archive_error(&format!(
+                "object {} of part {} is missing",
+                instance.object,
+                quoted(part.as_bytes())
+            ))
+        };
         Ok((part, object.ok_or_else(missing)?))
     }
 
@@ -148,7 +158,7 @@ impl<'a> Assembly<'a> {
         check_numbering((base + mesh.vertices.len()) as u64, "vertices")?;
         for vertex in &mesh.vertices {
             let moved = apply(transform, vertex);
-            if !(moved.coords.amax() <= LARGEST_COORDINATE) {
+            if !moved.iter().all(|x| is_coordinate(*x)) {
                 let reason = format!("a transform moves object {object} to where numbers end");
                 return Err(archive_error(&reason));
             }

@@ -1,6 +1,6 @@
 //! The XML of a model part: unit, objects and what is built of them.
 
-use super::super::error::{Place, ReadError, quoted};
+use super::super::error::{Place, ReadError, one_line, quoted};
 use super::super::polygons::Polygons;
 use super::super::text::{Item, coordinate, parse};
 use super::super::{Unit, check_numbering};
@@ -73,12 +73,11 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     fn place(&self) -> Place {
-        Place::Part(self.name.to_owned(), self.at)
+        Place::Part(one_line(&self.name), self.at)
     }
 
     fn not_xml(&self, error: &dyn std::fmt::Display) -> ReadError {
-        let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-        self.value("the XML", text, "well-formed UTF-8")
+        self.value("the XML", one_line(error), "well-formed UTF-8")
     }
 
     fn value(&self, element: &str, value: String, expected: &'static str) -> ReadError {

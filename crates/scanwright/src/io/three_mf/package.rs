@@ -1,6 +1,6 @@
 //! The archive of a 3MF: parts by name, unpacked within a budget.
 
-use super::super::error::ReadError;
+use super::super::error::{ReadError, one_line};
 use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
@@ -26,7 +26,7 @@ impl Budget {
     }
 
     pub fn error(&self) -> ReadError {
-        ReadError::Inflates { limit: self.limit, ratio: LARGEST_RATIO }
+        ReadError::Inflates { limit: self.limit }
     }
 }
 
@@ -39,16 +39,12 @@ struct Capped<'a, R> {
 impl<R: Read> Read for Capped<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        match self.budget.left.checked_sub(n as u64) {
-            Some(left) => {
-                self.budget.left = left;
-                Ok(n)
-            }
-            None => {
-                self.budget.exceeded = true;
-                Err(std::io::Error::other("unpacks to too much"))
-            }
-        }
+        let Some(left) = self.budget.left.checked_sub(n as u64) else {
+            self.budget.exceeded = true;
+            return Err(std::io::Error::other("unpacks to too much"));
+        };
+        self.budget.left = left;
+        Ok(n)
     }
 }
 
@@ -90,8 +86,7 @@ impl<'a> Package<'a> {
 }
 
 pub(super) fn archive_error(reason: &dyn std::fmt::Display) -> ReadError {
-    let reason = reason.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    ReadError::Archive { reason }
+    ReadError::Archive { reason: one_line(reason) }
 }
 
 /// Refuses a directory of more entries than the file has room for, before the archive reader reserves space for them.
