@@ -129,8 +129,17 @@ fn kind_legend(kinds: &[Option<SurfaceKind>]) -> Vec<(Color, String)> {
     let all = SurfaceKind::ALL.into_iter().map(Some).chain([None]);
     all.filter_map(|kind| {
         let n = kinds.iter().filter(|k| **k == kind).count();
-        let name = kind.map_or("freeform", SurfaceKind::name);
-        (n > 0).then(|| (of_kind(kind), format!("{n} {name}")))
+        (n > 0).then(|| (of_kind(kind), counted(n, kind)))
     })
     .collect()
+}
+
+/// A number of surfaces of a type, for people.
+pub fn counted(n: usize, kind: Option<SurfaceKind>) -> String {
+    match (kind, n) {
+        (None, _) => format!("{n} freeform"),
+        (Some(kind), 1) => format!("1 {}", kind.name()),
+        (Some(SurfaceKind::Torus), _) => format!("{n} tori"),
+        (Some(kind), _) => format!("{n} {}s", kind.name()),
+    }
 }

@@ -9,6 +9,7 @@ use scanwright::pipeline::{Code, Reconstruction};
 use scanwright::report;
 use scanwright::surface::SurfaceKind;
 
+use crate::picture::counted;
 use crate::scan::{UnitSource, Units};
 
 /// Lines about one code that are written out.
@@ -140,7 +141,7 @@ fn regions_line(result: &Reconstruction) -> String {
     for kind in SurfaceKind::ALL.into_iter().map(Some).chain([None]) {
         let n = primitives.iter().filter(|p| p.kind() == kind).count();
         if n > 0 {
-            let _ = write!(text, "{separator}{n} {}", kind.map_or("freeform", SurfaceKind::name));
+            let _ = write!(text, "{separator}{}", counted(n, kind));
             separator = ", ";
         }
     }

@@ -23,8 +23,7 @@ const RANKS: &[&[&str]] = &[
 fn modules_only_use_lower_ranks() {
     let mut violations = BTreeSet::new();
     let mut n_edges = 0;
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    for (module, text) in sources(&root, None) {
+    for (module, text) in sources(&source_root(), None) {
         let Some(rank) = rank_of(&module) else { continue };
         for used in text.split("crate::").skip(1) {
             let end = used.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(used.len());
@@ -37,6 +36,70 @@ fn modules_only_use_lower_ranks() {
     }
     assert!(0 < n_edges, "the scan found no `crate::` path; is it looking in the right folder?");
     assert!(violations.is_empty(), "{violations:#?}");
+}
+
+/// Words that have one home, and the modules that are it.
+const HOMES: &[(&str, &[&str])] = &[
+    ("rayon", &["par"]),
+    ("rand_chacha", &["random"]),
+    ("std::fs", &["io"]),
+    ("std::env", &[]),
+    ("std::time", &[]),
+    ("std::thread", &[]),
+    ("println!", &[]),
+    ("eprint", &[]),
+    ("dbg!", &[]),
+];
+
+#[test]
+fn threads_randomness_files_and_clocks_have_one_home() {
+    let mut violations = BTreeSet::new();
+    for (module, text) in sources(&source_root(), None) {
+        for (word, homes) in HOMES {
+            let used =
+                text.lines().map(str::trim_start).any(|line| !line.starts_with("//") && line.contains(word));
+            if used && !homes.contains(&module.as_str()) {
+                violations.insert(format!("{module} uses {word}"));
+            }
+        }
+    }
+    assert!(violations.is_empty(), "{violations:#?}");
+}
+
+#[test]
+fn no_file_is_longer_than_800_lines() {
+    let mut violations = Vec::new();
+    for (module, text) in sources(&source_root(), None) {
+        let n_lines = text.lines().count();
+        if n_lines > 800 {
+            violations.push(format!("a file of {module} has {n_lines} lines"));
+        }
+    }
+    assert!(violations.is_empty(), "{violations:#?}");
+}
+
+#[test]
+fn warning_codes_are_documented_under_their_written_names() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/output.md");
+    let page = fs::read_to_string(page).unwrap();
+    for code in scanwright::pipeline::Code::ALL {
+        assert_eq!(serde_json::to_value(code).unwrap(), code.name());
+        assert!(
+            page.contains(&format!("`{}`", code.name())),
+            "docs/output.md does not explain {}",
+            code.name()
+        );
+    }
+    let n_documented = page.matches("| `W_").count();
+    assert_eq!(
+        n_documented,
+        scanwright::pipeline::Code::ALL.len(),
+        "docs/output.md explains codes that are gone"
+    );
+}
+
+fn source_root() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
 fn rank_of(module: &str) -> Option<usize> {

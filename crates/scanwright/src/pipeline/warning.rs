@@ -40,6 +40,20 @@ pub enum Code {
 }
 
 impl Code {
+    /// All codes.
+    pub const ALL: [Self; 10] = [
+        Self::UnitsAssumed,
+        Self::SupportRemoved,
+        Self::AmbiguousType,
+        Self::Freeform,
+        Self::Unexplained,
+        Self::AssumedFace,
+        Self::Facets,
+        Self::Open,
+        Self::Invalid,
+        Self::NoSolid,
+    ];
+
     /// The stable name.
     pub fn name(self) -> &'static str {
         match self {
