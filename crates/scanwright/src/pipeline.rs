@@ -166,19 +166,21 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let support = stages::find_support(&scan, options);
     progress.report(Stage::Support, 1.0)?;
 
-    let normals = stages::denoise(&scan);
+    let part = stages::part(&scan, support.as_ref());
+    let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 
-    let segmentation = stages::segment(&scan, &normals, support.as_ref(), options);
+    let segmentation = stages::segment(&part, &normals, &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
 
-    let segmentation = stages::regularize(&scan, segmentation);
+    let segmentation = stages::regularize(&part, segmentation);
     progress.report(Stage::Regularize, 1.0)?;
 
-    let (model, mut warnings) = stages::build(&scan, &segmentation, support.as_ref());
-    let deviation = part_deviation(&scan.mesh, support.as_ref(), &model.mesh);
+    let (model, mut warnings) = stages::build(&part, &segmentation, support.as_ref());
+    let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
+    let segmentation = stages::on_scan(&scan, &part, &segmentation);
     warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
     let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
     Ok(Reconstruction {
@@ -193,10 +195,4 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
         deviation,
         warnings,
     })
-}
-
-/// Distances of the vertices that are not the table's to the model.
-fn part_deviation(mesh: &Mesh, support: Option<&Support>, model: &Mesh) -> Option<Deviation> {
-    let (part, _, _) = mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
-    deviation::measure(&part.vertices, model)
 }

@@ -27,38 +27,63 @@ pub(super) fn measure(conditioned: Conditioned, options: &Options) -> Scan {
 }
 
 pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
-    if options.support == SupportSearch::None {
-        return None;
+    match options.support {
+        SupportSearch::Auto => {
+            condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up)
+        }
+        SupportSearch::None => None,
     }
-    // TODO(integrator): condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up).
-    let _ = (&scan.adjacency, options.up);
-    None
 }
 
-/// One filtered unit normal per vertex.
-pub(super) fn denoise(scan: &Scan) -> Vec<Vec3> {
-    // TODO(integrator): denoise::denoise(.., &DenoiseMethod::default()), vertex normals of its result.
-    scan.mesh.vertex_normals()
+/// What is left of the scan without its table.
+pub(super) struct Part {
+    pub mesh: Mesh,
+    pub adjacency: Adjacency,
+    /// One per triangle of the part: the triangle of the scan it is.
+    pub scan_triangle: Vec<TriId>,
 }
 
-pub(super) fn segment(
-    scan: &Scan,
-    normals: &[Vec3],
-    _support: Option<&Support>,
-    options: &Options,
-) -> Segmentation {
-    // TODO(integrator): without the triangles that are the table's.
+pub(super) fn part(scan: &Scan, support: Option<&Support>) -> Part {
+    let (mesh, scan_triangle, _) = scan.mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
+    Part { adjacency: Adjacency::new(&mesh), mesh, scan_triangle }
+}
+
+/// One filtered unit normal per vertex of the part.
+pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
+    let sigma = (2.0 * tolerances.noise() / tolerances.spacing()).max(0.25);
+    let mut normals = part.mesh.vertex_normals();
+    for _ in 0..4 {
+        normals = crate::par::map_indices(normals.len(), |v| {
+            let n = normals[v];
+            let ring = part.adjacency.vertex_vertices.row(v).iter().map(|&u| normals[u as usize]);
+            let sum: Vec3 = ring.map(|m| m * (-(m - n).norm_squared() / (2.0 * sigma * sigma)).exp()).sum();
+            (n + sum).try_normalize(0.0).unwrap_or(n)
+        });
+    }
+    normals
+}
+
+pub(super) fn segment(part: &Part, normals: &[Vec3], tolerances: &Tolerances, options: &Options) -> Segmentation {
     let options = SegmentOptions { min_face: options.min_face };
-    segment::segment(&scan.mesh, &scan.adjacency, normals, &scan.tolerances, &options)
+    segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }
 
-pub(super) fn regularize(_scan: &Scan, segmentation: Segmentation) -> Segmentation {
+/// The segmentation of the part as one of the whole scan: nothing on the table has a label.
+pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> Segmentation {
+    let mut labels = vec![None; scan.mesh.triangles.len()];
+    for (label, &t) in segmentation.labels.iter().zip(&part.scan_triangle) {
+        labels[t as usize] = *label;
+    }
+    Segmentation { labels, primitives: segmentation.primitives.clone() }
+}
+
+pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
     // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
     segmentation
 }
 
 pub(super) fn build(
-    _scan: &Scan,
+    _part: &Part,
     _segmentation: &Segmentation,
     _support: Option<&Support>,
 ) -> (Model, Vec<Warning>) {
