@@ -169,22 +169,21 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let support = stages::find_support(&scan, options);
     progress.report(Stage::Support, 1.0)?;
 
-    let part = stages::without_support(&scan, support.as_ref());
+    let part = stages::part(&scan, support.as_ref());
     let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 
     let segmentation = stages::segment(&part, &normals, &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
 
-    let segmentation = stages::regularize(segmentation, &scan.tolerances);
+    let segmentation = stages::regularize(&part, segmentation);
     progress.report(Stage::Regularize, 1.0)?;
 
     let (model, mut warnings) = stages::build(&part, &segmentation, support.as_ref(), &scan.tolerances);
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    let labels = stages::labels_of_scan(&scan, &part, &segmentation.labels);
-    let segmentation = Segmentation { labels, ..segmentation };
+    let segmentation = stages::on_scan(&scan, &part, &segmentation);
     warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
     let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
     Ok(Reconstruction {

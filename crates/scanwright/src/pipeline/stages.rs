@@ -5,7 +5,7 @@ use crate::brep::close;
 use crate::condition::{self, ConditionReport, Conditioned, Support};
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
-use crate::segment::{self, RegionId, SegmentOptions, Segmentation};
+use crate::segment::{self, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
 use super::{Code, Model, Options, SupportSearch, Warning, warning};
@@ -30,44 +30,56 @@ pub(super) fn measure(conditioned: Conditioned, options: &Options) -> Scan {
 
 pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
     match options.support {
-        SupportSearch::None => None,
         SupportSearch::Auto => {
             condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up)
         }
+        SupportSearch::None => None,
     }
 }
 
-/// The scan without the table.
+/// What is left of the scan without its table.
 pub(super) struct Part {
     pub mesh: Mesh,
     pub adjacency: Adjacency,
-    /// One per triangle of the part: its index in the conditioned scan.
+    /// One per triangle of the part: the triangle of the scan it is.
     pub scan_triangle: Vec<TriId>,
 }
 
-pub(super) fn without_support(scan: &Scan, support: Option<&Support>) -> Part {
+pub(super) fn part(scan: &Scan, support: Option<&Support>) -> Part {
     let (mesh, scan_triangle, _) = scan.mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
-    let adjacency = Adjacency::new(&mesh);
-    Part { mesh, adjacency, scan_triangle }
+    Part { adjacency: Adjacency::new(&mesh), mesh, scan_triangle }
 }
 
-/// One filtered unit normal per vertex.
-pub(super) fn denoise(part: &Part, _tolerances: &Tolerances) -> Vec<Vec3> {
-    // TODO(integrator): denoise::denoise(.., &DenoiseMethod::default()), vertex normals of its result.
-    part.mesh.vertex_normals()
+/// One filtered unit normal per vertex of the part.
+pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
+    let sigma = (2.0 * tolerances.noise() / tolerances.spacing()).max(0.25);
+    let mut normals = part.mesh.vertex_normals();
+    for _ in 0..4 {
+        normals = crate::par::map_indices(normals.len(), |v| {
+            let n = normals[v];
+            let ring = part.adjacency.vertex_vertices.row(v).iter().map(|&u| normals[u as usize]);
+            let sum: Vec3 = ring.map(|m| m * (-(m - n).norm_squared() / (2.0 * sigma * sigma)).exp()).sum();
+            (n + sum).try_normalize(0.0).unwrap_or(n)
+        });
+    }
+    normals
 }
 
-pub(super) fn segment(
-    part: &Part,
-    normals: &[Vec3],
-    tolerances: &Tolerances,
-    options: &Options,
-) -> Segmentation {
+pub(super) fn segment(part: &Part, normals: &[Vec3], tolerances: &Tolerances, options: &Options) -> Segmentation {
     let options = SegmentOptions { min_face: options.min_face };
     segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }
 
-pub(super) fn regularize(segmentation: Segmentation, _tolerances: &Tolerances) -> Segmentation {
+/// The segmentation of the part as one of the whole scan: nothing on the table has a label.
+pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> Segmentation {
+    let mut labels = vec![None; scan.mesh.triangles.len()];
+    for (label, &t) in segmentation.labels.iter().zip(&part.scan_triangle) {
+        labels[t as usize] = *label;
+    }
+    Segmentation { labels, primitives: segmentation.primitives.clone() }
+}
+
+pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
     // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
     segmentation
 }
@@ -84,13 +96,4 @@ pub(super) fn build(
     warnings.push(Warning::new(Code::NoSolid, "no solid was made"));
     let LabelledMesh { mesh, labels, primitives, assumed } = closed.labelled;
     (Model { solids: Vec::new(), mesh, regions: labels, primitives, assumed }, warnings)
-}
-
-/// The labels of the part as labels of the conditioned scan.
-pub(super) fn labels_of_scan(scan: &Scan, part: &Part, labels: &[Option<RegionId>]) -> Vec<Option<RegionId>> {
-    let mut all = vec![None; scan.mesh.triangles.len()];
-    for (label, &t) in labels.iter().zip(&part.scan_triangle) {
-        all[t as usize] = *label;
-    }
-    all
 }

@@ -37,12 +37,9 @@ pub(super) fn explore(
     patch_sizes: &[usize],
     whole_ring: bool,
     labels: &Labels,
-    cover: &Cover,
 ) {
-    let mut best = cover.best.clone();
-    for hypothesis in hypotheses.iter() {
-        lower(&mut best, hypothesis);
-    }
+    // Rounded edges between the surfaces found so far are explained too: no seed is wasted on them.
+    let mut cover = Cover::of(field, hypotheses.iter());
     let roughness = normal_roughness(field);
     if std::env::var("DEV").is_ok() {
         let mut r = roughness.clone();
@@ -60,7 +57,7 @@ pub(super) fn explore(
             while next < order.len() && batch.len() < BATCH {
                 let seed = order[next];
                 next += 1;
-                if !tried[seed as usize] && is_unexplained(field, &best, labels, seed, whole_ring) {
+                if !tried[seed as usize] && is_unexplained(field, &cover.best, labels, seed, whole_ring) {
                     // Neighbours would grow into the same surface.
                     for v in field.patch(seed, patch_size / 2, &mut scratch) {
                         tried[v as usize] = true;
@@ -69,27 +66,22 @@ pub(super) fn explore(
                 }
             }
             if batch.is_empty() {
+                eprintln!("   grown {}", NGROW.load(std::sync::atomic::Ordering::Relaxed));
                 break;
             }
+            NGROW.fetch_add(batch.len(), std::sync::atomic::Ordering::Relaxed);
             let grown = par::map(&batch, |&seed| {
                 let mut scratch = Scratch::new(field.len());
                 grow(field, seed, patch_size, &mut scratch)
             });
             for hypothesis in grown.into_iter().flatten() {
                 // Seeds of one batch may find the same surface: later ones must still explain something.
-                if gain_over(&best, &hypothesis) > 0.0 {
-                    lower(&mut best, &hypothesis);
+                if gain_over(&cover.best, &hypothesis) > 0.0 {
+                    cover.add(field, &hypothesis);
                     hypotheses.push(hypothesis);
                 }
             }
         }
-    }
-}
-
-fn lower(best: &mut [f32], hypothesis: &Hypothesis) {
-    for &(v, cost) in &hypothesis.support {
-        let slot = &mut best[v as usize];
-        *slot = slot.min(cost);
     }
 }
 
@@ -208,6 +200,9 @@ fn widen(
     let interior = field.eroded(region, 1, MIN_INTERIOR, scratch);
     let samples = field.samples(&interior, N_SAMPLES);
     let mut choice = fit_kind(kind, &samples, &field.weights, &field.limits, None)?;
+    if !reaches_out(field, &choice.fit, region, scratch) {
+        return None;
+    }
     let mut region: Vec<u32> = Vec::new();
     for _ in 0..2 {
         region = field.flood(&choice.fit, core, GROW_COST, usize::MAX, scratch).iter().map(|f| f.0).collect();
@@ -219,6 +214,15 @@ fn widen(
         choice = fit_kind(kind, &samples, &field.weights, &field.limits, Some(&choice.fit))?;
     }
     Some((choice, region))
+}
+
+/// Whether a surface takes a fair share of the vertices just outside a region: else it cannot grow.
+fn reaches_out(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) -> bool {
+    const FAIR_SHARE: f64 = 0.15;
+    let around = field.dilated(region, 2, scratch);
+    let outside = &around[region.len()..];
+    let n_taken = outside.iter().filter(|&&v| field.cost(fit, v) < GROW_COST).count();
+    n_taken as f64 > FAIR_SHARE * outside.len() as f64
 }
 
 /// Types the interior of a grown region once more and collects what its surface may explain.
@@ -238,3 +242,5 @@ pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scr
     let lack = crate::recognize::lack_of_fit(&choice.fit, &inner.points, field.weights.distance_sigma);
     Some(Hypothesis { fit: choice.fit, mean_cost: choice.mean_cost, lack, support })
 }
+
+static NGROW: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);

@@ -55,21 +55,25 @@ pub fn segment(
     tolerances: &Tolerances,
     options: &SegmentOptions,
 ) -> Segmentation {
+    let t0 = std::time::Instant::now();
     let mut field = Field::new(mesh, adjacency, normals, tolerances);
     let mut hypotheses = Vec::new();
     let mut labels = label::Labels::none(&field);
-    let mut cover = cover::Cover::new(&field);
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {
-        grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels, &cover);
+        grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels);
+        eprintln!("T {:.2} explored {} round {round}", t0.elapsed().as_secs_f64(), hypotheses.len());
         dump("explored", &field, &hypotheses);
         for _ in 0..2 {
             let (selected, _) = select::select(&field, &hypotheses);
+            eprintln!("T {:.2} selected {}", t0.elapsed().as_secs_f64(), selected.len());
             hypotheses.extend(alternatives(&field, &selected));
-            let (selected, selected_cover) = select::select(&field, &hypotheses);
-            cover = selected_cover;
+            eprintln!("T {:.2} alternatives {}", t0.elapsed().as_secs_f64(), hypotheses.len());
+            let (selected, cover) = select::select(&field, &hypotheses);
             labels = label::label(&field, &selected, &cover);
             field.adapt_noise(&labels);
+            eprintln!("T {:.2} labelled", t0.elapsed().as_secs_f64());
             hypotheses = refresh::refresh(&field, &labels);
+            eprintln!("T {:.2} refreshed {}", t0.elapsed().as_secs_f64(), hypotheses.len());
             dump("refreshed", &field, &hypotheses);
         }
     }
