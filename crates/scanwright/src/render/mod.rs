@@ -1,4 +1,4 @@
-//! Pictures, made on the processor: the same bytes everywhere, no graphics card.
+//! Pictures, made on the processor: no graphics card, and the same bytes whatever the number of threads.
 //!
 //! [`picture`] lays views out in a grid, all at one scale. Each view is rasterized into a z-buffer of `SAMPLES` x
 //! `SAMPLES` samples per pixel, shaded with a key light, a sky and the occlusion of the depth buffer, and its region

@@ -23,8 +23,9 @@ const SHEEN_POWER: i32 = 28;
 /// Backs of triangles, seen through holes of a scan: darker and warm.
 const BACK_TINT: [f32; 3] = [0.62, 0.45, 0.40];
 
-/// Neighbours asked for occlusion, radius as a share of the scene, and strength.
+/// Neighbours asked for occlusion, in how many patterns, within which share of the scene, and how strongly they count.
 const N_OCCLUDERS: usize = 20;
+const N_SPIRALS: usize = 16;
 const OCCLUSION_SHARE: f32 = 0.06;
 const OCCLUSION_STRENGTH: f32 = 1.5;
 /// Occlusion varies slowly: one value per block of this many samples each way.
@@ -40,6 +41,7 @@ const STEP_SHARE: f32 = 0.012;
 pub(super) fn shade(buffer: &Buffer, colors: &[Color], extent: f32) -> Vec<[f32; 3]> {
     let occlusion = occlusion(buffer, extent);
     let lines = lines(buffer, extent);
+    let colors: Vec<[f32; 3]> = colors.iter().map(|color| color.linear()).collect();
     let background = palette::BACKGROUND.linear();
     par::map_indices(buffer.triangles.len(), |i| {
         let (x, y) = (i % buffer.width, i / buffer.width);
@@ -49,7 +51,7 @@ pub(super) fn shade(buffer: &Buffer, colors: &[Color], extent: f32) -> Vec<[f32;
             return background.map(|c| c * line);
         }
         let open = occlusion[(y / BLOCK) * buffer.width.div_ceil(BLOCK) + x / BLOCK];
-        let lit = light(colors[t as usize].linear(), buffer.normals[i], open, buffer.backs[i]);
+        let lit = light(colors[t as usize], buffer.normals[i], open, buffer.backs[i]);
         lit.map(|c| c * line)
     })
 }
@@ -72,10 +74,11 @@ fn light(color: [f32; 3], normal: [f32; 3], open: f32, back: bool) -> [f32; 3] {
 fn occlusion(buffer: &Buffer, extent: f32) -> Vec<f32> {
     let (columns, rows) = (buffer.width.div_ceil(BLOCK), buffer.height.div_ceil(BLOCK));
     let radius = (OCCLUSION_SHARE * extent).max(1.0);
+    let spirals = spirals(radius);
     let raw = par::map_indices(columns * rows, |i| {
         let x = ((i % columns) * BLOCK + BLOCK / 2).min(buffer.width - 1);
         let y = ((i / columns) * BLOCK + BLOCK / 2).min(buffer.height - 1);
-        obscurance(buffer, x, y, radius)
+        obscurance(buffer, x, y, &spirals[(x * 7 + y * 13) % N_SPIRALS], radius)
     });
     // A small box blur hides the spiral's pattern.
     par::map_indices(columns * rows, |i| {
@@ -91,20 +94,28 @@ fn occlusion(buffer: &Buffer, extent: f32) -> Vec<f32> {
     })
 }
 
-fn obscurance(buffer: &Buffer, x: usize, y: usize, radius: f32) -> f32 {
+/// Offsets of the neighbours asked, in golden-angle spirals. A sample takes one of several that start at different
+/// angles: banding becomes fine grain, which the blur removes.
+fn spirals(radius: f32) -> [[(f32, f32); N_OCCLUDERS]; N_SPIRALS] {
+    const GOLDEN_ANGLE: f32 = 2.399_963;
+    std::array::from_fn(|spiral| {
+        let start = spiral as f32 * (std::f32::consts::TAU / N_SPIRALS as f32);
+        std::array::from_fn(|k| {
+            let distance = radius * ((k as f32 + 0.5) / N_OCCLUDERS as f32);
+            let (sin, cos) = (start + GOLDEN_ANGLE * k as f32).sin_cos();
+            (distance * cos, distance * sin)
+        })
+    })
+}
+
+fn obscurance(buffer: &Buffer, x: usize, y: usize, spiral: &[(f32, f32)], radius: f32) -> f32 {
     let i = y * buffer.width + x;
     if buffer.triangles[i] == NOTHING {
         return 1.0;
     }
-    const GOLDEN_ANGLE: f32 = 2.399_963;
     let (depth, normal) = (buffer.depths[i], buffer.normals[i]);
-    // The spiral starts at a different angle per sample: banding becomes fine grain, which the blur removes.
-    let start = ((x * 7 + y * 13) % 16) as f32 * (std::f32::consts::TAU / 16.0);
     let mut sum = 0.0;
-    for k in 0..N_OCCLUDERS {
-        let distance = radius * ((k as f32 + 0.5) / N_OCCLUDERS as f32);
-        let angle = start + GOLDEN_ANGLE * k as f32;
-        let (dx, dy) = (distance * angle.cos(), distance * angle.sin());
+    for &(dx, dy) in spiral {
         let (u, v) = (x as f32 + dx, y as f32 + dy);
         if u < 0.0 || v < 0.0 || u >= buffer.width as f32 || v >= buffer.height as f32 {
             continue;
