@@ -198,3 +198,128 @@ pub fn segment_ids(result: &Reconstruction, n_triangles: usize) -> Vec<i32> {
     let labels = result.labels_of_scan(n_triangles);
     labels.into_iter().map(|label| label.map_or(-1, |region| region.0 as i32)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Axis, Point3, Vec3};
+    use crate::mesh::Mesh;
+    use crate::pipeline::{Code, Model};
+    use crate::recognize::Primitive;
+    use crate::segment::{RegionId, Segmentation};
+    use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
+    use crate::tolerance::{Measured, Tolerances};
+
+    #[test]
+    fn segment_ids_follow_the_order_of_the_scan() {
+        // Of the scan's five triangles conditioning kept numbers 1, 3 and 4.
+        let result = reconstruction(vec![None; 3], &[1, 3, 4], &[Some(1), None, Some(0)]);
+        assert_eq!(segment_ids(&result, 5), [-1, 1, -1, -1, 0]);
+    }
+
+    #[test]
+    fn types_and_parameters_have_the_names_of_the_benchmark() {
+        let axis = Axis { origin: Point3::new(1.0, 2.0, 3.0), direction: Vec3::z_axis() };
+        let surfaces = [
+            Surface::Plane(Plane { point: axis.origin, normal: axis.direction }),
+            Surface::Cylinder(Cylinder { axis, radius: 2.0 }),
+            Surface::Cone(Cone { axis, radius: 1.0, half_angle: std::f64::consts::FRAC_PI_4 }),
+            Surface::Sphere(Sphere { center: axis.origin, radius: 2.0 }),
+            Surface::Torus(Torus { axis, major_radius: 5.0, minor_radius: 2.0 }),
+        ];
+        let surfaces = surfaces.into_iter().map(Some).chain([None]).collect();
+        let json = json(&reconstruction(surfaces, &[0], &[None]));
+        let expected: [(&str, &[&str]); 6] = [
+            ("plane", &["point", "normal"]),
+            ("cylinder", &["axis_point", "axis_direction", "radius"]),
+            ("cone", &["apex", "axis_direction", "half_angle"]),
+            ("sphere", &["center", "radius"]),
+            ("torus", &["center", "axis_direction", "major_radius", "minor_radius"]),
+            ("freeform", &[]),
+        ];
+        for (id, (kind, names)) in expected.into_iter().enumerate() {
+            let primitive = &json["primitives"][id];
+            assert_eq!(primitive["id"], id);
+            assert_eq!(primitive["type"], kind);
+            for name in names {
+                assert!(!primitive[name].is_null(), "{kind} lacks {name}: {primitive}");
+            }
+        }
+        // The radius is 1 at height 3 and grows by as much as the height.
+        assert_eq!(json["primitives"][2]["apex"][1], 2.0);
+        assert!((json["primitives"][2]["apex"][2].as_f64().unwrap() - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_null() {
+        let mut result = reconstruction(vec![None], &[0], &[Some(0)]);
+        result.segmentation.primitives[0].residual.rms = f64::NAN;
+        result.segmentation.primitives[0].residual.max = f64::INFINITY;
+        let json = json(&result);
+        assert!(json["primitives"][0]["residual"]["rms"].is_null());
+        assert!(json["primitives"][0]["residual"]["max"].is_null());
+    }
+
+    #[test]
+    fn regions_that_share_an_edge_are_neighbors_by_its_length() {
+        let result = reconstruction(vec![None, None], &[0, 1], &[Some(0), Some(1)]);
+        let json = json(&result);
+        for (id, other) in [(0, 1), (1, 0)] {
+            let neighbors = json["primitives"][id]["neighbors"].as_array().unwrap();
+            assert_eq!(neighbors.len(), 1);
+            assert_eq!(neighbors[0]["id"], other);
+            // Consecutive triangles of the strip share a diagonal of its unit squares.
+            assert_eq!(neighbors[0]["length"], std::f64::consts::SQRT_2);
+        }
+    }
+
+    fn json(result: &Reconstruction) -> serde_json::Value {
+        let units = Units { name: "mm".to_owned(), millimetres: 1.0, source: "flag".to_owned() };
+        let options = Options::default();
+        let context = Context { version: "0", units, options: &options, n_triangles: 9, n_vertices: 9 };
+        serde_json::from_str(&Report::new(result, &context).to_json()).unwrap()
+    }
+
+    /// A strip of triangles on which regions with these surfaces were found. `source`: the scan's triangle of each;
+    /// `labels`: one per triangle.
+    fn reconstruction(
+        surfaces: Vec<Option<Surface>>,
+        source: &[u32],
+        labels: &[Option<u32>],
+    ) -> Reconstruction {
+        let vertices =
+            (0..source.len() + 2).map(|i| Point3::new((i / 2) as f64, (i % 2) as f64, 0.0)).collect();
+        let triangle = |i: u32| if i.is_multiple_of(2) { [i, i + 2, i + 1] } else { [i, i + 1, i + 2] };
+        let mesh = Mesh { vertices, triangles: (0..source.len() as u32).map(triangle).collect() };
+        let primitive = |surface| Primitive {
+            surface,
+            outward: true,
+            residual: Residual::default(),
+            covariance: Vec::new(),
+            ambiguous: None,
+        };
+        let measured = Measured {
+            largest_coordinate: 1.0,
+            diagonal: 1.0,
+            spacing: 1.0,
+            noise: 0.0,
+            normal_noise: 0.0,
+            edge_rounding: 0.0,
+        };
+        Reconstruction {
+            mesh,
+            source_triangle: source.to_vec(),
+            conditioned: ConditionReport::default(),
+            measured,
+            tolerances: Tolerances::new(measured, None),
+            support: None,
+            segmentation: Segmentation {
+                labels: labels.iter().map(|l| l.map(RegionId)).collect(),
+                primitives: surfaces.into_iter().map(primitive).collect(),
+            },
+            model: Model::default(),
+            deviation: None,
+            warnings: vec![Warning::new(Code::NoSolid, "none")],
+        }
+    }
+}
