@@ -17,21 +17,15 @@ const NO_REGION: u32 = u32::MAX - 1;
 
 /// The scan beside the part, from two sides. Without a solid the regions of the scan stand for the part.
 pub fn of_reconstruction(result: &Reconstruction) -> Image {
-    let on_table = |t: usize| result.support.as_ref().is_some_and(|s| s.on_table[t]);
     let up = result.support.as_ref().map_or(Vec3::z_axis(), |s| s.plane.normal);
-    let scan = Part {
-        colors: (0..result.mesh.triangles.len())
-            .map(|t| if on_table(t) { Color::TABLE } else { Color::SCAN })
-            .collect(),
-        groups: (0..result.mesh.triangles.len()).map(|t| u32::from(on_table(t))).collect(),
-        mesh: result.mesh.clone(),
-    };
-    let part = if result.model.mesh.triangles.is_empty() { regions(result) } else { solid(result) };
-    let legend = legend(result);
-    let (table_free, _, _) = result.mesh.submesh(|t| !on_table(t));
-    let frame = if table_free.vertices.is_empty() { &result.mesh.vertices } else { &table_free.vertices };
-    let titles = ["scan", if result.model.mesh.triangles.is_empty() { "regions" } else { "part" }];
-    draw(&[(&scan, titles[0]), (&part, titles[1])], up, frame, &legend)
+    let (part_of_scan, _, _) = result.mesh.submesh(|t| !on_table(result, t));
+    let from_above = scan(result, &part_of_scan, Table::Near);
+    let from_below = scan(result, &part_of_scan, Table::Hidden);
+    let made = !result.model.mesh.triangles.is_empty();
+    let part = if made { solid(result) } else { regions(result) };
+    let title = if made { "part" } else { "regions" };
+    let rows = [[(&from_above, "scan"), (&part, title)], [(&from_below, ""), (&part, "")]];
+    draw(&rows, up, &part_of_scan.vertices, &legend(result))
 }
 
 /// One mesh from two sides.
@@ -53,7 +47,7 @@ pub fn of_mesh(mesh: &Mesh, labels: Option<&[Option<u32>]>, look: &Look, up: Opt
         Look::Type(kinds) => kind_legend(kinds),
         Look::Region => Vec::new(),
     };
-    draw(&[(&part, "")], up.unwrap_or(Vec3::z_axis()), &mesh.vertices, &legend)
+    draw(&[[(&part, "")]; 2], up.unwrap_or(Vec3::z_axis()), &mesh.vertices, &legend)
 }
 
 /// What colors mean.
@@ -70,17 +64,60 @@ struct Part {
     groups: Vec<u32>,
 }
 
-fn draw(parts: &[(&Part, &str)], up: UnitVec3, frame: &[Point3], legend: &[(Color, String)]) -> Image {
+/// One row per side, above each other or, when a row is one view only, beside each other.
+fn draw<const N: usize>(
+    rows: &[[(&Part, &str); N]; 2],
+    up: UnitVec3,
+    frame: &[Point3],
+    legend: &[(Color, String)],
+) -> Image {
     let mut views = Vec::new();
-    for (azimuth, elevation) in SIDES_DEG {
+    for (row, (azimuth, elevation)) in rows.iter().zip(SIDES_DEG) {
         let camera = Camera::around(up, azimuth.to_radians(), elevation.to_radians());
-        for (part, title) in parts {
-            let title = if views.len() < parts.len() { title } else { "" };
-            views.push(View { mesh: &part.mesh, colors: &part.colors, groups: &part.groups, camera, title });
-        }
+        views.extend(row.iter().map(|(part, title)| View {
+            mesh: &part.mesh,
+            colors: &part.colors,
+            groups: &part.groups,
+            camera,
+            title,
+        }));
     }
-    let height = if parts.len() == 1 { SIZE.1 * 2 / 3 } else { SIZE.1 };
+    let height = if N == 1 { SIZE.1 * 2 / 3 } else { SIZE.1 };
     picture(&views, &Sheet { width: SIZE.0, height, frame, legend })
+}
+
+/// How much of the table is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Table {
+    /// What is near the part.
+    Near,
+    /// Nothing: seen from below it would hide the part.
+    Hidden,
+}
+
+/// How far around the part the table is drawn, as a share of the part's diagonal.
+const TABLE_SHARE: f64 = 0.06;
+
+fn on_table(result: &Reconstruction, t: usize) -> bool {
+    result.support.as_ref().is_some_and(|s| s.on_table[t])
+}
+
+/// The scan in grey. `part`: what is not the table's.
+fn scan(result: &Reconstruction, part: &Mesh, table: Table) -> Part {
+    let rim = Vec3::repeat(TABLE_SHARE * part.diagonal());
+    let bounds = part.bounds();
+    let near = |t: usize| {
+        let center = result.mesh.triangle_center(t);
+        bounds.is_some_and(|(lo, hi)| center >= lo - rim && center <= hi + rim)
+    };
+    let drawn = |t: usize| !on_table(result, t) || (table == Table::Near && near(t));
+    let (mesh, old, _) = result.mesh.submesh(drawn);
+    let of_table: Vec<bool> = old.iter().map(|&t| on_table(result, t as usize)).collect();
+    Part {
+        mesh,
+        colors: of_table.iter().map(|table| if *table { Color::TABLE } else { Color::SCAN }).collect(),
+        groups: of_table.iter().map(|table| u32::from(*table)).collect(),
+    }
 }
 
 /// The solid's faces, in the colors of their types; assumed faces pale.
@@ -99,8 +136,7 @@ fn solid(result: &Reconstruction) -> Part {
 
 /// The scan's triangles without the table, in the colors of their regions' types.
 fn regions(result: &Reconstruction) -> Part {
-    let on_table = |t: usize| result.support.as_ref().is_some_and(|s| s.on_table[t]);
-    let (mesh, old, _) = result.mesh.submesh(|t| !on_table(t));
+    let (mesh, old, _) = result.mesh.submesh(|t| !on_table(result, t));
     let labels: Vec<_> = old.iter().map(|&t| result.segmentation.labels[t as usize]).collect();
     Part {
         mesh,

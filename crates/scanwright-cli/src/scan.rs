@@ -1,13 +1,17 @@
 use std::path::Path;
 
-use scanwright::io::{self, ScanFile};
+use scanwright::io::{self, ReadError, ScanFile};
 
 use crate::args::Unit;
 use crate::exit::Failure;
 
 /// Reads a scan, or says in one line why not.
 pub fn read(path: &Path) -> Result<ScanFile, Failure> {
-    io::read_mesh_file(path).map_err(|error| Failure::input(path, error))
+    io::read_mesh_file(path).map_err(|error| match error {
+        // The path is said already.
+        ReadError::File { source, .. } => Failure::input(path, format!("cannot be read: {source}")),
+        other => Failure::input(path, other),
+    })
 }
 
 /// The unit of a scan's coordinates and who said so.
