@@ -4,8 +4,10 @@ use super::assemble::{ChainEdge, Parts, chain_edges, solids};
 use super::chains::{Topology, trace};
 use super::geometry::{Corners, Course, corners, courses};
 use super::halfedge::HalfEdges;
+use super::settle::Round;
 use super::split::{Patch, patches};
 use super::{Built, Issue, IssueCode, LabelledMesh, labels};
+use crate::mesh::Mesh;
 use crate::segment::RegionId;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
@@ -43,6 +45,7 @@ pub fn build(closed: &LabelledMesh, tolerances: &Tolerances) -> Built {
         labels::clean(&closed.mesh, &half_edges, &mut work_labels, spacing);
         draft = Draft::new(closed, &half_edges, &work_labels, &surfaces, tolerances);
     }
+    draft.settle(&closed.mesh, &surfaces, tolerances);
     let splines = vec![None; draft.patches.len()];
     let (component, n) = half_edges.components(|_| 0);
     let made = solids(&Parts {
@@ -64,7 +67,6 @@ struct Draft {
     patches: Vec<Patch>,
     patch_of: Vec<u32>,
     topology: Topology,
-    #[allow(dead_code, reason = "kept for the mending steps")]
     courses: Vec<Course>,
     corners: Corners,
     edges: Vec<Option<ChainEdge>>,
@@ -81,10 +83,71 @@ impl Draft {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
         let (patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
         let topology = trace(mesh, half_edges, &patch_of);
-        let courses = courses(mesh, &topology, &patches, spacing);
-        let corners = corners(mesh, &topology, &courses, spacing);
-        let edges = chain_edges(&topology, &courses, &corners, spacing, tolerances.rounding());
-        Self { patches, patch_of, topology, courses, corners, edges }
+        let mut draft = Self {
+            patches,
+            patch_of,
+            topology,
+            courses: Vec::new(),
+            corners: Corners { corner_of: Vec::new(), corners: Vec::new() },
+            edges: Vec::new(),
+        };
+        draft.solve(mesh, tolerances);
+        draft
+    }
+
+    /// Corners and edges for the patches' surfaces.
+    fn solve(&mut self, mesh: &Mesh, tolerances: &Tolerances) {
+        let spacing = tolerances.spacing();
+        self.courses = courses(mesh, &self.topology, &self.patches, spacing);
+        self.corners = corners(mesh, &self.topology, &self.courses, spacing);
+        self.edges = chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
+    }
+
+    /// Sum of what edges and corners are off by beyond a tolerance.
+    fn excess(&self, tolerance: f64) -> f64 {
+        let edges = self.edges.iter().flatten().map(|e| (e.gap - tolerance).max(0.0));
+        edges.chain(self.corners.corners.iter().map(|c| (c.residual - tolerance).max(0.0))).sum()
+    }
+
+    /// Moves surfaces so that edges and corners lie on them, as long as that makes them lie better.
+    fn settle(&mut self, mesh: &Mesh, original: &[Option<Surface>], tolerances: &Tolerances) {
+        /// Each round halves the gaps; after eight a gap of a quarter spacing is a thousandth.
+        const MAX_ROUNDS: usize = 8;
+        /// Share of the allowed gap that is aimed at.
+        const AIM: f64 = 0.3;
+        let aim = AIM * tolerances.gap();
+        for _ in 0..MAX_ROUNDS {
+            let before = self.excess(aim);
+            if before <= 0.0 {
+                return;
+            }
+            let mut current = vec![None; original.len()];
+            for patch in &self.patches {
+                current[patch.region as usize] = patch.surface;
+            }
+            let round = Round {
+                mesh,
+                patches: &self.patches,
+                topology: &self.topology,
+                corners: &self.corners,
+                edges: &self.edges,
+            };
+            let next = round.settled(original, &current, aim, tolerances.spacing());
+            let kept = (self.courses.clone(), self.corners.clone(), self.edges.clone());
+            self.take_surfaces(&next);
+            self.solve(mesh, tolerances);
+            if self.excess(aim) >= before {
+                self.take_surfaces(&current);
+                (self.courses, self.corners, self.edges) = kept;
+                return;
+            }
+        }
+    }
+
+    fn take_surfaces(&mut self, surfaces: &[Option<Surface>]) {
+        for patch in &mut self.patches {
+            patch.surface = surfaces[patch.region as usize];
+        }
     }
 
     /// Patches with a loop of fewer than two edges.

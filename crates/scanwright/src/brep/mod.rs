@@ -8,6 +8,7 @@ mod geometry;
 mod halfedge;
 mod labels;
 mod meet;
+mod settle;
 mod solid;
 mod split;
 
