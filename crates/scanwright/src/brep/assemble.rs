@@ -2,6 +2,7 @@
 
 use super::chains::Topology;
 use super::curve::Curve;
+use super::freeform::Fitted;
 use super::geometry::{Corners, Course, edge_samples};
 use super::meet::Field;
 use super::solid::{Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId};
@@ -81,7 +82,7 @@ pub(super) struct Parts<'a> {
     pub corners: &'a Corners,
     pub edges: &'a [Option<ChainEdge>],
     /// Per patch: a spline for those without an analytic surface.
-    pub splines: &'a [Option<Geometry>],
+    pub splines: &'a [Option<Fitted>],
     /// Per triangle.
     pub assumed: &'a [bool],
     /// Component of the mesh that each triangle belongs to, and their number.
@@ -129,7 +130,10 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
         if loops.is_empty() && !whole_sphere {
             continue;
         }
-        let Some(geometry) = patch.surface.map(Geometry::Analytic).or_else(|| parts.splines[p].clone()) else { continue };
+        let Some(geometry) = patch.surface.map(Geometry::Analytic).or_else(|| parts.splines[p].as_ref().map(|s| Geometry::Spline(s.surface.clone()))) else { continue };
+        if let (None, Some(spline)) = (patch.surface, &parts.splines[p]) {
+            solid.gap = solid.gap.max(spline.border_gap);
+        }
         let key = if patch.surface.is_some() { (patch.region, 0) } else { (patch.region, p) };
         let known = surface_of.iter().find(|s| (s.0, s.1) == key).map(|s| s.2);
         let surface = known.unwrap_or_else(|| {

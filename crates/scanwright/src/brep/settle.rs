@@ -21,6 +21,8 @@ const BORDER_WEIGHT: f64 = 60.0;
 const N_HOLDING: usize = 120;
 /// Root mean square move of a face's points, in spacings, beyond which the surface is left where it was.
 const MAX_MOVE: f64 = 0.35;
+/// Gaps beyond this many spacings show wrong topology, which moving surfaces would only hide.
+const WRONG: f64 = 0.6;
 /// Half-angles, radians, that a cone keeps clear of: there it is a cylinder or a plane.
 const CONE_MARGIN: f64 = 0.01;
 
@@ -42,7 +44,7 @@ impl Round<'_> {
         tolerance: f64,
         spacing: f64,
     ) -> Vec<Option<Surface>> {
-        let pulls = self.pulls(current, tolerance);
+        let pulls = self.pulls(current, tolerance, spacing);
         let mut triangles: Vec<Vec<u32>> = vec![Vec::new(); current.len()];
         for patch in self.patches {
             triangles[patch.region as usize].extend(&patch.triangles);
@@ -57,7 +59,7 @@ impl Round<'_> {
     }
 
     /// Per region: points of bad edges and corners that it should pass through.
-    fn pulls(&self, current: &[Option<Surface>], tolerance: f64) -> Vec<Vec<Point3>> {
+    fn pulls(&self, current: &[Option<Surface>], tolerance: f64, spacing: f64) -> Vec<Vec<Point3>> {
         let mut pulls: Vec<Vec<Point3>> = vec![Vec::new(); current.len()];
         for (chain, edge) in self.topology.chains.iter().zip(self.edges) {
             let Some(right) = chain.right else { continue };
@@ -68,13 +70,13 @@ impl Round<'_> {
             for v in [chain.start(), chain.end()] {
                 let Some(c) = self.corners.corner_of[v as usize] else { continue };
                 let corner = &self.corners.corners[c as usize];
-                if corner.residual > tolerance {
+                if corner.residual > tolerance && corner.residual < WRONG * spacing {
                     for r in regions {
                         pulls[r].push(corner.point);
                     }
                 }
             }
-            let Some(edge) = edge.as_ref().filter(|e| e.gap > tolerance) else { continue };
+            let Some(edge) = edge.as_ref().filter(|e| e.gap > tolerance && e.gap < WRONG * spacing) else { continue };
             for r in regions {
                 pulls[r].extend(&edge.samples);
             }

@@ -14,6 +14,8 @@ use crate::surface::{Plane, Surface};
 
 /// Angles tried for a cut through the axis.
 const N_ANGLES: usize = 36;
+/// Planes that may cut one component.
+const MAX_CUTS: u32 = 3;
 /// Bins of the coverage histogram.
 const N_BINS: usize = 72;
 /// Share of the turn from which a face is cut although none of its loops winds.
@@ -57,8 +59,9 @@ pub(super) fn patches(
     let mut work = Cutter { mesh, half_edges, key: component, planes: vec![Vec::new(); n], corners: corners(mesh, half_edges, labels) };
     for (c, triangles) in members.iter().enumerate() {
         let label = labels[triangles[0] as usize];
-        if let Some(surface) = &surfaces[label as usize] {
-            work.cut(c, triangles, surface);
+        match &surfaces[label as usize] {
+            Some(surface) => work.cut(c, triangles, surface),
+            None => work.cut_freeform(c, triangles),
         }
     }
     collect(&work, labels, surfaces, &members, spacing)
@@ -127,6 +130,39 @@ impl Cutter<'_> {
                 }
             }
         }
+    }
+
+    /// Cuts a freeform component across its principal axes until the pieces are heights over planes.
+    fn cut_freeform(&mut self, c: usize, triangles: &[u32]) {
+        /// Share of the area that may be steeper than a height.
+        const MAX_FOLDED: f64 = 0.02;
+        let border = self.border(c as u32, triangles);
+        let centers: Vec<Point3> = triangles.iter().map(|t| self.mesh.triangle_center(*t as usize)).collect();
+        let center = crate::math::centroid(&centers);
+        let axes = crate::math::principal_axes(&centers, center);
+        for (_, direction) in axes.iter().rev() {
+            let folded = self.pieces(c, triangles).iter().any(|piece| {
+                let frame = super::freeform::base_frame(self.mesh, piece);
+                super::freeform::folded_share(self.mesh, piece, &frame) > MAX_FOLDED
+            });
+            if !folded {
+                break;
+            }
+            self.add(c, &border, Plane { point: center, normal: *direction });
+        }
+    }
+
+    /// The triangles of a component, by the sides of its planes so far.
+    fn pieces(&self, c: usize, triangles: &[u32]) -> Vec<Vec<u32>> {
+        let mut pieces = vec![Vec::new(); 1 << self.planes[c].len()];
+        for t in triangles {
+            let center = self.mesh.triangle_center(*t as usize);
+            let sides = self.planes[c].iter().enumerate();
+            let piece: usize = sides.map(|(i, p)| usize::from(p.signed_distance(&center) > 0.0) << i).sum();
+            pieces[piece].push(*t);
+        }
+        pieces.retain(|p| !p.is_empty());
+        pieces
     }
 
     fn cut_round(&mut self, c: usize, triangles: &[u32], border: &[u32], axis: &Axis) {
@@ -270,7 +306,7 @@ fn collect(
     members: &[Vec<u32>],
     spacing: f64,
 ) -> (Vec<Patch>, Vec<u32>) {
-    let mut side: Vec<u32> = work.key.iter().map(|c| c << 2).collect();
+    let mut side: Vec<u32> = work.key.iter().map(|c| c << MAX_CUTS).collect();
     for (c, triangles) in members.iter().enumerate() {
         for t in triangles {
             let center = work.mesh.triangle_center(*t as usize);
