@@ -4,7 +4,7 @@
 
 use std::io::Write as _;
 
-use scanwright::brep::{LabelledMesh, build};
+use scanwright::brep::{LabelledMesh, build, check, tessellate};
 use scanwright::math::{Axis, Point3, UnitVec3, Vec3};
 use scanwright::mesh::Mesh;
 use scanwright::recognize::{Primitive, Residual};
@@ -45,6 +45,19 @@ fn main() {
             solid.gap,
             solid.gap / spacing,
             solid.is_closed()
+        )
+        .expect("stderr");
+        let start = std::time::Instant::now();
+        for problem in check(solid, (2.0 * solid.gap).max(tolerances.gap())) {
+            writeln!(out, "CHECK {problem}").expect("stderr");
+        }
+        let mesh = tessellate(solid).mesh;
+        writeln!(
+            out,
+            "volume {:.6} of {:.6}, checked in {:?}",
+            mesh.signed_volume(),
+            closed.mesh.signed_volume(),
+            start.elapsed()
         )
         .expect("stderr");
     }

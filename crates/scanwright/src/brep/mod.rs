@@ -3,7 +3,9 @@
 mod assemble;
 mod build;
 mod chains;
+pub mod check;
 mod curve;
+mod domain;
 mod draft;
 mod freeform;
 mod geometry;
@@ -14,9 +16,12 @@ mod meet;
 mod settle;
 mod solid;
 mod split;
+mod tessellate;
 
 pub use build::build;
+pub use check::{Problem, Validity, check, validity};
 pub use curve::Curve;
+pub use tessellate::{Tessellation, tessellate};
 pub use solid::{
     Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId,
 };
