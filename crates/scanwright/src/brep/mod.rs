@@ -1,6 +1,31 @@
 //! From a labelled mesh to a closed solid.
 
+mod assemble;
+mod build;
+mod chains;
+pub mod check;
 pub mod close;
+mod curve;
+mod domain;
+mod draft;
+mod freeform;
+mod geometry;
+mod mend;
+mod halfedge;
+mod labels;
+mod meet;
+mod settle;
+mod solid;
+mod split;
+mod tessellate;
+
+pub use build::build;
+pub use check::{Problem, Validity, check, validity};
+pub use curve::Curve;
+pub use tessellate::{Tessellation, tessellate};
+pub use solid::{
+    Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId,
+};
 
 use crate::mesh::Mesh;
 use crate::recognize::Primitive;
@@ -17,4 +42,68 @@ pub struct LabelledMesh {
     pub primitives: Vec<Primitive>,
     /// One per triangle: whether it was invented to close a hole of the scan.
     pub assumed: Vec<bool>,
+}
+
+/// What [`build`] made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Built {
+    /// One per connected part of the mesh.
+    pub solids: Vec<Solid>,
+    /// What is not as it was asked for.
+    pub issues: Vec<Issue>,
+}
+
+/// Something that could not be built as asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Issue {
+    /// What kind of thing.
+    pub code: IssueCode,
+    /// Where, if in one place.
+    pub region: Option<RegionId>,
+    /// One sentence with the numbers.
+    pub message: String,
+}
+
+impl Issue {
+    fn new(code: IssueCode, region: Option<RegionId>, message: String) -> Self {
+        Self { code, region, message }
+    }
+}
+
+/// Stable names of issues.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IssueCode {
+    /// Nothing to build from.
+    Empty,
+    /// The mesh has holes, so the shell is open.
+    OpenShell,
+    /// A face was dropped and a neighbour extended over it.
+    FaceDropped,
+    /// Corners lie off their surfaces.
+    CornerOff,
+    /// An edge lies off its surfaces by more than the tolerance.
+    GapLarge,
+    /// A face became a B-spline.
+    Freeform,
+    /// A face became facets.
+    Facets,
+    /// A solid failed its own check.
+    Invalid,
+}
+
+impl IssueCode {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Empty => "empty",
+            Self::OpenShell => "open-shell",
+            Self::FaceDropped => "face-dropped",
+            Self::CornerOff => "corner-off",
+            Self::GapLarge => "gap-large",
+            Self::Freeform => "freeform",
+            Self::Facets => "facets",
+            Self::Invalid => "invalid",
+        }
+    }
 }

@@ -3,6 +3,7 @@
 //! Every surface has a *natural* normal, the gradient of its signed distance: the normal of a plane, away from the
 //! axis of a cylinder or cone, away from the centre of a sphere, away from the tube's spine of a torus.
 
+pub mod bspline;
 mod cone;
 mod cylinder;
 mod jet;

@@ -1,0 +1,18 @@
+//! The vertices of an edge lie on its curve, at the ends of a spline.
+
+use super::Problem;
+use crate::brep::solid::{EdgeId, Solid};
+
+pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for (i, edge) in solid.edges.iter().enumerate() {
+        for vertex in [edge.start, edge.end] {
+            let distance = edge.curve.distance_to_end(&solid.point(vertex));
+            // Not `>`: a distance that is no number is a problem too.
+            if !(distance <= gap) {
+                problems.push(Problem::VertexOffCurve { vertex, edge: EdgeId(i as u32), distance, gap });
+            }
+        }
+    }
+    problems
+}

@@ -1,0 +1,197 @@
+//! A face in the parameter plane of its surface.
+//!
+//! Coordinates are lengths (angles times a radius), counted from the side opposite the frame's seam, so that a face
+//! placed by its builder never meets a jump. Right-handed with the natural normal.
+
+use super::solid::{Face, Geometry, Loop, Solid};
+use super::assemble::use_points;
+use super::curve::Curve;
+use crate::math::{Frame, Point3};
+use crate::surface::Surface;
+use crate::surface::bspline::SplineSurface;
+
+/// A point of the parameter plane.
+pub(super) type Uv = [f64; 2];
+
+/// The map between a face's surface and its parameter plane.
+#[derive(Debug, Clone)]
+pub(super) struct Domain<'a> {
+    geometry: &'a Geometry,
+    frame: Frame,
+    /// Angle about a tube's spine that becomes the second coordinate's zero.
+    tube_zero: f64,
+}
+
+impl<'a> Domain<'a> {
+    pub(super) fn new(solid: &'a Solid, face: &Face) -> Self {
+        let geometry = solid.geometry(face);
+        let mut domain = Self { geometry, frame: face.frame, tube_zero: 0.0 };
+        if let Geometry::Analytic(Surface::Torus(_)) = geometry {
+            let (mut sin, mut cos) = (0.0, 0.0);
+            for edge_use in face.loops.iter().flat_map(|l| &l.uses) {
+                for point in use_points(solid, *edge_use, 8) {
+                    let angle = domain.tube_angle(&point);
+                    sin += angle.sin();
+                    cos += angle.cos();
+                }
+            }
+            domain.tube_zero = sin.atan2(cos);
+        }
+        domain
+    }
+
+    fn tube_angle(&self, point: &Point3) -> f64 {
+        let Geometry::Analytic(Surface::Torus(torus)) = self.geometry else { return 0.0 };
+        torus.axis.height(point).atan2(torus.axis.radial(point).norm() - torus.major_radius)
+    }
+
+    /// Coordinates of a point on (or near) the surface.
+    pub(super) fn uv(&self, point: &Point3) -> Uv {
+        let local = self.frame.local(point);
+        let around = (-local.y).atan2(-local.x);
+        match self.geometry {
+            Geometry::Spline(spline) => {
+                let (u, v) = project_on_spline(spline, point);
+                [u, v]
+            }
+            Geometry::Analytic(surface) => match surface {
+                Surface::Plane(_) => [local.x, local.y],
+                Surface::Cylinder(s) => [s.radius * around, local.z],
+                Surface::Cone(s) => [self.cone_radius(s) * around, local.z / s.half_angle.cos()],
+                Surface::Sphere(s) => [s.radius * around, s.radius * local.z.atan2(local.x.hypot(local.y))],
+                Surface::Torus(s) => {
+                    let tau = std::f64::consts::TAU;
+                    let turn = self.tube_angle(point) - self.tube_zero;
+                    let turn = turn - tau * (turn / tau).round();
+                    [(s.major_radius.abs() + s.minor_radius) * around, s.minor_radius * turn]
+                }
+            },
+        }
+    }
+
+    /// The point of the surface with the given coordinates.
+    pub(super) fn point(&self, [u, v]: Uv) -> Point3 {
+        let polar = |angle: f64, radius: f64, height: f64| {
+            let (sin, cos) = angle.sin_cos();
+            self.frame.global(&crate::math::Vec3::new(-radius * cos, -radius * sin, height))
+        };
+        match self.geometry {
+            Geometry::Spline(spline) => spline.point(u, v),
+            Geometry::Analytic(surface) => match surface {
+                Surface::Plane(_) => self.frame.global(&crate::math::Vec3::new(u, v, 0.0)),
+                Surface::Cylinder(s) => polar(u / s.radius, s.radius, v),
+                Surface::Cone(s) => {
+                    let height = v * s.half_angle.cos();
+                    let scale = self.cone_radius(s);
+                    polar(u / scale, self.radius_at_origin(s) + height * s.half_angle.tan(), height)
+                }
+                Surface::Sphere(s) => polar(u / s.radius, s.radius * (v / s.radius).cos(), s.radius * (v / s.radius).sin()),
+                Surface::Torus(s) => {
+                    let angle = v / s.minor_radius + self.tube_zero;
+                    let radius = s.major_radius + s.minor_radius * angle.cos();
+                    polar(u / (s.major_radius.abs() + s.minor_radius), radius, s.minor_radius * angle.sin())
+                }
+            },
+        }
+    }
+
+    fn radius_at_origin(&self, cone: &crate::surface::Cone) -> f64 {
+        cone.radius + cone.axis.height(&self.frame.origin) * cone.half_angle.tan()
+    }
+
+    /// A positive scale for a cone's angle even where the frame sits on the apex.
+    fn cone_radius(&self, cone: &crate::surface::Cone) -> f64 {
+        self.radius_at_origin(cone).max(f64::EPSILON * cone.radius.abs()).max(f64::MIN_POSITIVE)
+    }
+
+    /// Steps in both coordinates that turn the normal by `angle`; `None` where the surface is straight.
+    pub(super) fn steps(&self, angle: f64) -> [Option<f64>; 2] {
+        match self.geometry {
+            // A spline's coordinates run from 0 to 1.
+            Geometry::Spline(s) => [s.n_poles().0, s.n_poles().1].map(|n| Some(1.0 / n as f64)),
+            Geometry::Analytic(surface) => match surface {
+                Surface::Plane(_) => [None, None],
+                Surface::Cylinder(s) => [Some(s.radius * angle), None],
+                Surface::Cone(s) => [Some(self.cone_radius(s) * angle), None],
+                Surface::Sphere(s) => [Some(s.radius * angle); 2],
+                Surface::Torus(s) => {
+                    [Some((s.major_radius.abs() + s.minor_radius) * angle), Some(s.minor_radius * angle)]
+                }
+            },
+        }
+    }
+
+    /// Distance of a point from the surface.
+    pub(super) fn distance(&self, point: &Point3) -> f64 {
+        match self.geometry {
+            Geometry::Analytic(surface) => surface.signed_distance(point).abs(),
+            Geometry::Spline(spline) => {
+                let (u, v) = project_on_spline(spline, point);
+                (spline.point(u, v) - point).norm()
+            }
+        }
+    }
+
+    /// A loop as a polygon, its curves sampled.
+    pub(super) fn polygon(&self, solid: &Solid, run: &Loop) -> Vec<Uv> {
+        let mut polygon = Vec::new();
+        for edge_use in &run.uses {
+            let edge = solid.edge(edge_use.edge);
+            let n = n_samples(&edge.curve, &solid.point(edge.start), &solid.point(edge.end));
+            let points = use_points(solid, *edge_use, n);
+            polygon.extend(points[..n].iter().map(|p| self.uv(p)));
+        }
+        polygon
+    }
+}
+
+/// Intervals that a curve is divided into: about ten degrees of a conic, two per pole of a spline.
+pub(super) fn n_samples(curve: &Curve, start: &Point3, end: &Point3) -> usize {
+    /// Most intervals of one spline.
+    const MOST: usize = 96;
+    match curve {
+        // Straight edges on curved surfaces are rulings, straight in the parameter plane too.
+        Curve::Line { .. } => 1,
+        Curve::Circle { .. } | Curve::Ellipse { .. } => {
+            (curve.sweep(start, end) / ANGLE_STEP).ceil().max(2.0) as usize
+        }
+        Curve::Spline(spline) => (2 * spline.poles.len()).min(MOST),
+    }
+}
+
+/// Radians of turn per interval: ten degrees.
+pub(super) const ANGLE_STEP: f64 = std::f64::consts::PI / 18.0;
+
+fn project_on_spline(spline: &SplineSurface, point: &Point3) -> (f64, f64) {
+    /// Starts tried along each side.
+    const GRID: usize = 8;
+    let at = |i: usize| (i as f64 + 0.5) / GRID as f64;
+    let starts = (0..GRID).flat_map(|i| (0..GRID).map(move |j| (at(i), at(j))));
+    let best = starts.min_by(|a, b| {
+        let off = |s: &(f64, f64)| (spline.point(s.0, s.1) - point).norm_squared();
+        off(a).total_cmp(&off(b))
+    });
+    spline.project(point, best.unwrap_or((0.5, 0.5)))
+}
+
+/// Signed area of a polygon, positive when counter-clockwise.
+pub(super) fn signed_area(polygon: &[Uv]) -> f64 {
+    let n = polygon.len();
+    let Some(base) = polygon.first() else { return 0.0 };
+    let cross = |a: &Uv, b: &Uv| (a[0] - base[0]) * (b[1] - base[1]) - (a[1] - base[1]) * (b[0] - base[0]);
+    (0..n).map(|i| cross(&polygon[i], &polygon[(i + 1) % n])).sum::<f64>() * 0.5
+}
+
+/// Whether a point is inside an odd number of polygons.
+pub(super) fn inside(polygons: &[Vec<Uv>], [x, y]: Uv) -> bool {
+    let mut odd = false;
+    for polygon in polygons {
+        for (i, a) in polygon.iter().enumerate() {
+            let b = polygon[(i + 1) % polygon.len()];
+            if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
+                odd = !odd;
+            }
+        }
+    }
+    odd
+}

@@ -1,0 +1,212 @@
+//! All geometry of one labelling, and what can be told from it.
+
+use super::assemble::{ChainEdge, chain_edges};
+use super::chains::{Topology, trace};
+use super::freeform::{self, Fitted};
+use super::geometry::{Corners, Course, corners, courses};
+use super::halfedge::HalfEdges;
+use super::settle::Round;
+use super::split::{Patch, patches};
+use super::{Issue, IssueCode, LabelledMesh};
+use crate::math::Point3;
+use crate::mesh::Mesh;
+use crate::segment::RegionId;
+use crate::surface::Surface;
+use crate::tolerance::Tolerances;
+
+/// All geometry of one labelling.
+pub(super) struct Draft {
+    pub patches: Vec<Patch>,
+    pub patch_of: Vec<u32>,
+    pub topology: Topology,
+    pub courses: Vec<Course>,
+    pub corners: Corners,
+    pub edges: Vec<Option<ChainEdge>>,
+}
+
+impl Draft {
+    pub(super) fn new(
+        closed: &LabelledMesh,
+        half_edges: &HalfEdges,
+        labels: &[u32],
+        surfaces: &[Option<Surface>],
+        tolerances: &Tolerances,
+    ) -> Self {
+        let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
+        let (patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        let topology = trace(mesh, half_edges, &patch_of);
+        let mut draft = Self {
+            patches,
+            patch_of,
+            topology,
+            courses: Vec::new(),
+            corners: Corners { corner_of: Vec::new(), corners: Vec::new() },
+            edges: Vec::new(),
+        };
+        draft.solve(mesh, tolerances);
+        draft
+    }
+
+    /// Corners and edges for the patches' surfaces.
+    pub(super) fn solve(&mut self, mesh: &Mesh, tolerances: &Tolerances) {
+        let spacing = tolerances.spacing();
+        self.courses = courses(mesh, &self.topology, &self.patches, spacing);
+        self.corners = corners(mesh, &self.topology, &self.courses, spacing);
+        self.edges = chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
+    }
+
+    /// Sum of what edges and corners are off by beyond a tolerance.
+    pub(super) fn excess(&self, tolerance: f64) -> f64 {
+        let edges = self.edges.iter().flatten().map(|e| (e.gap - tolerance).max(0.0));
+        edges.chain(self.corners.corners.iter().map(|c| (c.residual - tolerance).max(0.0))).sum()
+    }
+
+    /// Moves surfaces so that edges and corners lie on them, as long as that makes them lie better.
+    pub(super) fn settle(&mut self, mesh: &Mesh, original: &[Option<Surface>], tolerances: &Tolerances) {
+        /// Each round halves the gaps; after eight a gap of a quarter spacing is a thousandth.
+        const MAX_ROUNDS: usize = 8;
+        /// Share of the allowed gap that is aimed at.
+        const AIM: f64 = 0.3;
+        let aim = AIM * tolerances.gap();
+        for _ in 0..MAX_ROUNDS {
+            let before = self.excess(aim);
+            if before <= 0.0 {
+                return;
+            }
+            let mut current = vec![None; original.len()];
+            for patch in &self.patches {
+                current[patch.region as usize] = patch.surface;
+            }
+            let round = Round {
+                mesh,
+                patches: &self.patches,
+                topology: &self.topology,
+                corners: &self.corners,
+                edges: &self.edges,
+            };
+            let next = round.settled(original, &current, aim, tolerances.spacing());
+            let kept = (self.courses.clone(), self.corners.clone(), self.edges.clone());
+            self.take_surfaces(&next);
+            self.solve(mesh, tolerances);
+            if self.excess(aim) >= before {
+                self.take_surfaces(&current);
+                (self.courses, self.corners, self.edges) = kept;
+                return;
+            }
+        }
+    }
+
+    pub(super) fn take_surfaces(&mut self, surfaces: &[Option<Surface>]) {
+        for patch in &mut self.patches {
+            patch.surface = surfaces[patch.region as usize];
+        }
+    }
+
+    /// Patches with a loop of fewer than two edges.
+    pub(super) fn collapsed(&self) -> Vec<usize> {
+        let mut found: Vec<usize> = self
+            .topology
+            .loops
+            .iter()
+            .filter(|run| run.uses.iter().filter(|(c, _)| self.edges[*c].is_some()).count() == 1)
+            .map(|run| run.patch as usize)
+            .collect();
+        let mut n_uses = vec![0; self.patches.len()];
+        for run in &self.topology.loops {
+            n_uses[run.patch as usize] += run.uses.iter().filter(|(c, _)| self.edges[*c].is_some()).count();
+        }
+        let has_loops = |p: usize| self.topology.loops.iter().any(|r| r.patch as usize == p);
+        found.extend((0..self.patches.len()).filter(|p| n_uses[*p] == 0 && has_loops(*p)));
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Gives a patch's triangles to the region with the longest common border; whether there was one.
+    pub(super) fn give_away(&self, p: usize, half_edges: &HalfEdges, labels: &mut [u32]) -> bool {
+        let mut counts: Vec<(u32, usize)> = Vec::new();
+        for &t in &self.patches[p].triangles {
+            for u in half_edges.neighbours(t as usize).into_iter().flatten() {
+                let region = labels[u];
+                if self.patch_of[u] as usize == p || region == self.patches[p].region {
+                    continue;
+                }
+                match counts.iter_mut().find(|c| c.0 == region) {
+                    Some(count) => count.1 += 1,
+                    None => counts.push((region, 1)),
+                }
+            }
+        }
+        let Some(&(region, _)) = counts.iter().max_by_key(|c| (c.1, std::cmp::Reverse(c.0))) else { return false };
+        for &t in &self.patches[p].triangles {
+            labels[t as usize] = region;
+        }
+        true
+    }
+
+    /// Splines of the patches without an analytic surface.
+    pub(super) fn splines(&self, mesh: &Mesh, tolerances: &Tolerances) -> Vec<Option<Fitted>> {
+        let mut borders: Vec<Vec<Point3>> = vec![Vec::new(); self.patches.len()];
+        for (chain, edge) in self.topology.chains.iter().zip(&self.edges) {
+            let Some(edge) = edge else { continue };
+            for p in [Some(chain.left), chain.right].into_iter().flatten() {
+                if self.patches[p as usize].surface.is_none() {
+                    borders[p as usize].extend(edge.curve.sample(
+                        &edge.samples[0],
+                        &edge.samples[edge.samples.len() - 1],
+                        2 * edge.samples.len(),
+                    ));
+                }
+            }
+        }
+        crate::par::map_indices(self.patches.len(), |p| {
+            let patch = &self.patches[p];
+            if patch.surface.is_some() {
+                return None;
+            }
+            freeform::fit(mesh, patch, &borders[p], tolerances.spacing(), tolerances.gap())
+        })
+    }
+
+    pub(super) fn report(&self, issues: &mut Vec<Issue>, tolerances: &Tolerances) {
+        /// In spacings: a corner farther from its surfaces than this is wrong topology or a weak surface.
+        const CORNER_RESIDUAL: f64 = 0.3;
+        let spacing = tolerances.spacing();
+        for (c, corner) in self.corners.corners.iter().enumerate() {
+            if corner.residual <= CORNER_RESIDUAL * spacing {
+                continue;
+            }
+            let at = |v: u32| self.corners.corner_of[v as usize] == Some(c as u32);
+            let touching = self.topology.chains.iter().filter(|chain| at(chain.start()) || at(chain.end()));
+            let mut regions: Vec<u32> = touching
+                .flat_map(|chain| [Some(chain.left), chain.right])
+                .flatten()
+                .map(|p| self.patches[p as usize].region)
+                .collect();
+            regions.sort_unstable();
+            regions.dedup();
+            let (off, moved) = (corner.residual / spacing, corner.moved / spacing);
+            let text = format!(
+                "the corner of regions {regions:?} at {:.3?} lies off their surfaces by {off:.2} spacings (moved {moved:.1})",
+                corner.point.coords.as_slice()
+            );
+            issues.push(Issue::new(IssueCode::CornerOff, regions.first().map(|r| RegionId(*r)), text));
+        }
+        for (chain, edge) in self.topology.chains.iter().zip(&self.edges) {
+            let Some(edge) = edge else { continue };
+            if edge.gap > tolerances.gap() {
+                let region = RegionId(self.patches[chain.left as usize].region);
+                let other = chain.right.map(|p| self.patches[p as usize].region);
+                let text = format!(
+                    "its edge with region {other:?} lies off its surfaces by {:.3e}, more than {:.3e}",
+                    edge.gap,
+                    tolerances.gap()
+                );
+                issues.push(Issue::new(IssueCode::GapLarge, Some(region), text));
+            }
+        }
+        if self.topology.chains.iter().any(|c| c.right.is_none()) {
+            issues.push(Issue::new(IssueCode::OpenShell, None, "the mesh has holes: the shell is open".into()));
+        }
+    }
+}
