@@ -130,9 +130,7 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
                 continue;
             }
         }
-        let height =
-            shell.points(&hole.rim).iter().map(|p| table.signed_distance(p)).fold(f64::MIN, f64::max);
-        if height < NEAR_SUPPORT * shell.spacing {
+        if sheet::surrounds(shell, hole, table, NEAR_SUPPORT * shell.spacing) {
             members.push((i, hole.labels.clone()));
         }
     }
