@@ -78,7 +78,7 @@ fn a_box_on_the_table_gets_its_bottom() {
     let whole = block(size);
     // The bottom and two steps of skirt are missing.
     let seen = whole.without(|t, p| t == BOTTOM || p.z < 2.0);
-    let closed = seen.close(Some(table(0.0)));
+    let closed = seen.close(Some(&table(0.0)));
     assert_closed(&closed);
     let kinds: Vec<Assumption> = closed.assumed_faces.iter().map(|f| f.assumption).collect();
     assert_eq!(kinds.iter().filter(|k| **k == Assumption::Support).count(), 1);
@@ -90,7 +90,7 @@ fn a_box_on_the_table_gets_its_bottom() {
 fn a_bore_goes_down_to_the_table() {
     let whole = pipe(14.0, 6.0, 40.0);
     let seen = whole.without(|t, p| t == 3 || (t == 0 && p.z < -18.0) || (t == 1 && p.z < 3.0));
-    let closed = seen.close(Some(table(-20.0)));
+    let closed = seen.close(Some(&table(-20.0)));
     assert_closed(&closed);
     let made: Vec<Assumption> = closed.assumed_faces.iter().map(|f| f.assumption).collect();
     assert!(!made.contains(&Assumption::Cap), "the bore is open below: {made:?}");
@@ -187,7 +187,7 @@ fn absurd_input_does_not_panic() {
     let nothing = Part::default();
     assert!(nothing.close(None).labelled.labels.is_empty());
     let mut flap = block([4.0; 3]).without(|t, _| t != BOTTOM);
-    flap.close(Some(table(0.0)));
+    flap.close(Some(&table(0.0)));
     flap.labels.clear();
     flap.primitives.clear();
     flap.close(None);
@@ -320,10 +320,10 @@ impl Part {
         moved
     }
 
-    fn close(&self, support: Option<Support>) -> Closed {
+    fn close(&self, support: Option<&Support>) -> Closed {
         let labels = self.labels.iter().map(|&l| Some(RegionId(l))).collect();
         let segmentation = Segmentation { labels, primitives: self.primitives.clone() };
-        close(&self.mesh, &segmentation, support.as_ref(), &tolerances(STEP * self.scale))
+        close(&self.mesh, &segmentation, support, &tolerances(STEP * self.scale))
     }
 }
 

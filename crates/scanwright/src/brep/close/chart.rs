@@ -14,6 +14,10 @@ use std::f64::consts::{PI, TAU};
 /// Largest isothermal coordinate that a picture may hold: beyond it `exp` leaves the range the triangulation takes.
 const MAX_LOG: f64 = 90.0;
 
+/// Half-angle from which a cone is taken to run to its apex unseen: between the 45 degrees of countersinks, which end
+/// in a bore, and the 59 of drill points.
+const BLUNT: f64 = 0.9;
+
 /// Which circle of a torus is the angle of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Round {
@@ -114,24 +118,28 @@ impl Chart {
     }
 
     fn picture(&self, natural: Flat) -> Option<Flat> {
-        let [x, y] = match self.kind {
-            Kind::Flat => natural,
-            _ => {
-                let [a, l] = natural;
-                if !(l.abs() < MAX_LOG) {
-                    return None;
-                }
-                let (sin, cos) = a.sin_cos();
-                [(-l).exp() * cos, (-l).exp() * sin]
+        let [x, y] = if matches!(self.kind, Kind::Flat) {
+            natural
+        } else {
+            let [a, l] = natural;
+            let in_range = l.abs() < MAX_LOG && a.is_finite();
+            if !in_range {
+                return None;
             }
+            let (sin, cos) = a.sin_cos();
+            [(-l).exp() * cos, (-l).exp() * sin]
         };
         Some([x, if self.outward { y } else { -y }])
     }
 
-    /// Whether loops that wind round the origin of the picture enclose nothing of the surface there: all but the apex
-    /// of a cone and the pole of a sphere.
+    /// Whether loops that wind round the origin of the picture enclose no end of the surface there: the pole of a
+    /// sphere is one, and the apex of a cone as blunt as a drill's point.
     pub(super) fn is_endless_at_origin(&self) -> bool {
-        matches!(self.kind, Kind::Cylinder { .. } | Kind::Torus { .. })
+        match self.kind {
+            Kind::Cylinder { .. } | Kind::Torus { .. } => true,
+            Kind::Cone { half_angle } => half_angle < BLUNT,
+            Kind::Flat | Kind::Sphere { .. } => false,
+        }
     }
 
     /// Pictures of the points of a loop, whose natural coordinates are averaged `n_smoothings` times with those of
@@ -207,7 +215,7 @@ impl Chart {
     fn ring_grid(&self, rows: &[(f64, f64)], step: f64) -> Vec<(Point3, Flat)> {
         let mut found = Vec::new();
         for (row, &(radius, height)) in rows.iter().enumerate() {
-            let n = (TAU * radius / step).round().max(1.0).min(MAX_RING) as usize;
+            let n = (TAU * radius / step).round().clamp(1.0, MAX_RING) as usize;
             for i in 0..n {
                 let (sin, cos) = (TAU * (i as f64 + shift(row)) / n as f64).sin_cos();
                 let point = self.frame.global(&Vec3::new(radius * cos, radius * sin, height));
@@ -246,7 +254,7 @@ const MAX_RING: f64 = 4000.0;
 
 /// Every other row is shifted by half a step.
 fn shift(row: usize) -> f64 {
-    if row % 2 == 0 { 0.0 } else { 0.5 }
+    if row.is_multiple_of(2) { 0.0 } else { 0.5 }
 }
 
 /// From `lo` to `hi` in equal steps near `step`.

@@ -124,11 +124,9 @@ const NEAR_SUPPORT: f64 = 8.0;
 fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, made: &mut Made) {
     let mut members: Vec<(usize, Vec<u32>)> = Vec::new();
     for (i, hole) in holes.iter().enumerate() {
-        if let Some(mouth) = mouth::mouth(shell, hole) {
-            if mouth.reaches(shell, table) {
-                members.push((i, vec![mouth.label; hole.rim.len()]));
-                continue;
-            }
+        if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.reaches(shell, table)) {
+            members.push((i, vec![mouth.label; hole.rim.len()]));
+            continue;
         }
         if sheet::surrounds(shell, hole, table, NEAR_SUPPORT * shell.spacing) {
             members.push((i, hole.labels.clone()));

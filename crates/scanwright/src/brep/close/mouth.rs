@@ -85,8 +85,8 @@ pub(super) fn facing_pair(shell: &mut Shell, holes: &[Hole]) -> Option<(usize, u
     let seen: Vec<u32> = mouths.iter().flatten().map(|m| m.label).collect();
     for (found, hole) in mouths.iter_mut().zip(holes).filter(|(found, _)| found.is_none()) {
         // A mouth that other surfaces cut into is one when its counterpart is seen.
-        let labels = hole.distinct_labels().into_iter().filter(|label| seen.contains(label));
-        *found = labels.filter_map(|label| mouth_of(shell, hole, label)).next();
+        let mut labels = hole.distinct_labels().into_iter().filter(|label| seen.contains(label));
+        *found = labels.find_map(|label| mouth_of(shell, hole, label));
     }
     let mut best: Option<(f64, usize, usize)> = None;
     for i in 0..holes.len() {
