@@ -201,6 +201,7 @@ impl Chart {
 
     fn flat_grid(&self, locals: &[Vec3], step: f64) -> Vec<(Point3, Flat)> {
         let ((x0, x1), (y0, y1)) = (range(locals.iter().map(|q| q.x)), range(locals.iter().map(|q| q.y)));
+        let step = coarsened(step, (x1 - x0) * (y1 - y0) / (step * step));
         let mut found = Vec::new();
         for (row, y) in steps(y0, y1, step * ROW_PER_STEP).into_iter().enumerate() {
             for x in steps(x0, x1, step) {
@@ -214,6 +215,7 @@ impl Chart {
     /// Rings of the given (radius, height) about the frame's axis.
     fn ring_grid(&self, rows: &[(f64, f64)], step: f64) -> Vec<(Point3, Flat)> {
         let mut found = Vec::new();
+        let step = coarsened(step, rows.iter().map(|row| TAU * row.0 / step).sum());
         for (row, &(radius, height)) in rows.iter().enumerate() {
             let n = (TAU * radius / step).round().clamp(1.0, MAX_RING) as usize;
             for i in 0..n {
@@ -251,6 +253,14 @@ impl Chart {
 const ROW_PER_STEP: f64 = 0.866;
 /// A ring or row never holds more points: protects memory when a radius is absurd for the spacing.
 const MAX_RING: f64 = 4000.0;
+
+/// A filling has about this many points at most: protects time when a hole is huge for the spacing.
+const MAX_POINTS: f64 = 1.0e5;
+
+/// The step, or a larger one that would make fewer than the greatest number of points out of `n_points`.
+fn coarsened(step: f64, n_points: f64) -> f64 {
+    if n_points > MAX_POINTS { step * (n_points / MAX_POINTS).sqrt() } else { step }
+}
 
 /// Every other row is shifted by half a step.
 fn shift(row: usize) -> f64 {

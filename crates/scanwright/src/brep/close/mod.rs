@@ -65,7 +65,7 @@ pub struct AssumedFace {
 /// Regions made here, and what they stand for.
 #[derive(Debug, Default)]
 struct Made {
-    support: Option<u32>,
+    support: Vec<u32>,
     caps: Vec<u32>,
 }
 
@@ -92,6 +92,10 @@ pub fn close(
     cap_mouths(&mut shell, &mut holes, &mut made);
     let open = fill_rest(&mut shell, holes);
     shell.part_doubled_edges();
+    shell.absorb_islands();
+    for label in made.support.clone() {
+        made.support.extend(shell.part_region(label));
+    }
     finish(shell, open, &made)
 }
 
@@ -139,7 +143,7 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
         let walls: Vec<Vec<u32>> = group.iter().map(|(_, walls)| walls.clone()).collect();
         let label = shell.add_plane(bottom);
         if extend::extend_and_cap(shell, &chosen, &walls, &bottom, label) {
-            made.support = Some(label);
+            made.support.push(label);
             let mut gone: Vec<usize> = group.iter().map(|(i, _)| *i).collect();
             gone.sort_unstable();
             for i in gone.into_iter().rev() {
@@ -231,7 +235,7 @@ fn finish(mut shell: Shell, mut open: Vec<OpenHole>, made: &Made) -> Closed {
         }
     }
     let assumption = |label: u32| {
-        if made.support == Some(label) {
+        if made.support.contains(&label) {
             Assumption::Support
         } else if made.caps.contains(&label) {
             Assumption::Cap

@@ -32,8 +32,9 @@ const HARMONIC_PASSES: usize = 200;
 const AVERAGINGS: usize = 2;
 /// A vertex moves at most this far per round, in spacings, lest triangles turn over.
 const STRIDE: f64 = 2.0;
-/// Length counts for this much beside distance from the surface, in spacings: enough to break ties.
-const LENGTH_COST: f64 = 0.1;
+/// Length counts for this much beside distance from the surface, in spacings: enough to break ties, and little enough
+/// that a long wall with a short rim keeps its far end.
+const LENGTH_COST: f64 = 0.03;
 
 /// A part of the mesh being made: vertices of the rim first.
 struct Patch {
