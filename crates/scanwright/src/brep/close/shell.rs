@@ -193,7 +193,8 @@ impl Shell {
     }
 }
 
-/// Arcs of a rim no longer than this many edges are noise of the labels: they take the label before them.
+/// Arcs of a rim no longer than this many edges are noise of the labels, unless a label has no others and several of
+/// them: they take the label before them.
 const SHORT_ARC: usize = 2;
 /// Loops with fewer edges than this have short arcs for a reason.
 const MIN_CLEANED: usize = 12;
@@ -204,11 +205,27 @@ fn drop_short_arcs(labels: &mut [u32]) {
     else {
         return;
     };
+    let arc = |labels: &[u32], at: usize| {
+        (at..n).take_while(|&i| labels[(start + i) % n] == labels[(start + at) % n]).count()
+    };
+    // Labels that are long enough somewhere, or often enough, to be there at all.
+    let mut total: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut longest: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut at = 0;
+    while at < n {
+        let (label, length) = (labels[(start + at) % n], arc(labels, at));
+        *total.entry(label).or_default() += length;
+        let best = longest.entry(label).or_default();
+        *best = length.max(*best);
+        at += length;
+    }
+    let is_noise = |label: u32, length: usize| {
+        length <= SHORT_ARC && (longest[&label] > SHORT_ARC || total[&label] <= SHORT_ARC)
+    };
     let (mut at, mut before) = (0, labels[(start + n - 1) % n]);
     while at < n {
-        let label = labels[(start + at) % n];
-        let length = (at..n).take_while(|&i| labels[(start + i) % n] == label).count();
-        if length <= SHORT_ARC {
+        let (label, length) = (labels[(start + at) % n], arc(labels, at));
+        if is_noise(label, length) {
             for i in at..at + length {
                 labels[(start + i) % n] = before;
             }
