@@ -141,7 +141,10 @@ fn lines(buffer: &Buffer, extent: f32) -> Vec<Line> {
             let i = y * w + x;
             let sides = [(x > 0, -1), (x + 1 < w, 1), (y > 0, -(w as isize)), (y + 1 < h, w as isize)];
             let inside = sides.into_iter().filter(|(inside, _)| *inside);
-            inside.map(|(_, d)| line_between(buffer, i, i.wrapping_add_signed(d), step)).max().unwrap_or(Line::None)
+            inside
+                .map(|(_, d)| line_between(buffer, i, i.wrapping_add_signed(d), step))
+                .max()
+                .unwrap_or(Line::None)
         };
         (0..w).map(line_at).collect::<Vec<_>>()
     });

@@ -63,9 +63,8 @@ pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<Pri
     let borders = border_lengths(result);
     let report = |i: usize| {
         let primitive = &segmentation.primitives[i];
-        let of_pair = |(&(a, b), &length): (&(u32, u32), &f64)| {
-            (a == i as u32).then_some(Neighbor { id: b, length })
-        };
+        let of_pair =
+            |(&(a, b), &length): (&(u32, u32), &f64)| (a == i as u32).then_some(Neighbor { id: b, length });
         PrimitiveReport {
             id: i as u32,
             geometry: Geometry::of(primitive.surface.as_ref()),

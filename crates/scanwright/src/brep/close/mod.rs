@@ -26,6 +26,9 @@ pub struct Closed {
     pub labelled: LabelledMesh,
     /// Holes that nothing closes.
     pub open: Vec<OpenHole>,
+    /// Regions of the scan that are two ends of one surface: the one that stays (its surface now fits both), the one
+    /// that has no triangles left.
+    pub merged: Vec<(RegionId, RegionId)>,
     /// Regions with assumed triangles, ascending.
     pub assumed_faces: Vec<AssumedFace>,
 }
@@ -251,8 +254,9 @@ fn finish(mut shell: Shell, mut open: Vec<OpenHole>, made: &Made) -> Closed {
             area: areas[label as usize],
         })
         .collect();
-    let labels = shell.labels.into_iter().map(RegionId).collect();
+    let labels = shell.labels.iter().copied().map(RegionId).collect();
     let labelled =
         LabelledMesh { mesh: shell.mesh, labels, primitives: shell.primitives, assumed: shell.assumed };
-    Closed { labelled, open, assumed_faces }
+    let merged = shell.merged.iter().map(|&(a, b)| (RegionId(a), RegionId(b))).collect();
+    Closed { labelled, open, merged, assumed_faces }
 }

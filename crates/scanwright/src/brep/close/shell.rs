@@ -15,6 +15,8 @@ pub(super) struct Shell {
     pub assumed: Vec<bool>,
     pub primitives: Vec<Primitive>,
     pub spacing: f64,
+    /// Regions that turned out to be one: the one that stays, the one that went.
+    pub merged: Vec<(u32, u32)>,
 }
 
 /// Invented islands smaller than this, in squared spacings, are no faces: two by two spacings.
@@ -56,7 +58,7 @@ impl Shell {
         let mut primitives = segmentation.primitives.clone();
         let labels = flooded(mesh, segmentation, &mut primitives);
         let assumed = vec![false; mesh.triangles.len()];
-        let mut shell = Self { mesh: mesh.clone(), labels, assumed, primitives, spacing };
+        let mut shell = Self { mesh: mesh.clone(), labels, assumed, primitives, spacing, merged: Vec::new() };
         shell.pull_teeth();
         shell
     }
@@ -276,6 +278,7 @@ fn flooded(mesh: &Mesh, segmentation: &Segmentation, primitives: &mut Vec<Primit
 impl Shell {
     /// Gives all triangles of region `b` to region `a`.
     pub fn merge_regions(&mut self, a: u32, b: u32) {
+        self.merged.push((a, b));
         for label in &mut self.labels {
             if *label == b {
                 *label = a;
