@@ -1,7 +1,7 @@
 //! Development only: segments one benchmark case.
 use scanwright::math::{Point3, Vec3};
 use scanwright::mesh::{Adjacency, Mesh};
-use scanwright::segment::{segment, SegmentOptions};
+use scanwright::segment::{SegmentOptions, segment};
 use scanwright::surface::Surface;
 use scanwright::tolerance::{Measured, Tolerances};
 
@@ -9,10 +9,12 @@ fn load(path: &str) -> Mesh {
     let bytes = std::fs::read(path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let head = String::from_utf8_lossy(&bytes[..end]).to_string();
-    let count = |key: &str| head.lines().find_map(|l| l.strip_prefix(key)).unwrap().trim().parse::<usize>().unwrap();
+    let count =
+        |key: &str| head.lines().find_map(|l| l.strip_prefix(key)).unwrap().trim().parse::<usize>().unwrap();
     let (nv, nt) = (count("element vertex "), count("element face "));
     let f = |o: usize| f64::from(f32::from_le_bytes(bytes[o..o + 4].try_into().unwrap()));
-    let vertices = (0..nv).map(|i| Point3::new(f(end + 12 * i), f(end + 12 * i + 4), f(end + 12 * i + 8))).collect();
+    let vertices =
+        (0..nv).map(|i| Point3::new(f(end + 12 * i), f(end + 12 * i + 4), f(end + 12 * i + 8))).collect();
     let at = end + 12 * nv;
     let u = |o: usize| u32::from_le_bytes(bytes[o..o + 4].try_into().unwrap());
     let triangles = (0..nt).map(|i| [u(at + 13 * i + 1), u(at + 13 * i + 5), u(at + 13 * i + 9)]).collect();
@@ -45,7 +47,14 @@ fn main() {
     let (part, source, _) = mesh.submesh(|t| flags[t] == 0);
     let adjacency = Adjacency::new(&part);
     let spacing = (part.total_area() / part.vertices.len() as f64).sqrt();
-    let measured = Measured { largest_coordinate: part.largest_coordinate(), diagonal: part.diagonal(), spacing, noise, normal_noise: 0.1, edge_rounding: args[4].parse().unwrap() };
+    let measured = Measured {
+        largest_coordinate: part.largest_coordinate(),
+        diagonal: part.diagonal(),
+        spacing,
+        noise,
+        normal_noise: 0.1,
+        edge_rounding: args[4].parse().unwrap(),
+    };
     let tolerances = Tolerances::new(measured, None);
     let normals = bilateral(&part, &adjacency, (2.0 * noise / spacing).max(0.25));
     let start = std::time::Instant::now();
@@ -53,9 +62,15 @@ fn main() {
     eprintln!("{} {:.2} s, {} regions", case, start.elapsed().as_secs_f64(), result.primitives.len());
     let mut labels = vec![-1_i32; mesh.triangles.len()];
     for (t, l) in result.labels.iter().enumerate() {
-        if let Some(l) = l { labels[source[t] as usize] = l.0 as i32; }
+        if let Some(l) = l {
+            labels[source[t] as usize] = l.0 as i32;
+        }
     }
-    std::fs::write(format!("{out}/labels.bin"), labels.iter().flat_map(|l| l.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+    std::fs::write(
+        format!("{out}/labels.bin"),
+        labels.iter().flat_map(|l| l.to_le_bytes()).collect::<Vec<u8>>(),
+    )
+    .unwrap();
     let v = |p: &Vec3| format!("[{},{},{}]", p.x, p.y, p.z);
     let rows: Vec<String> = result.primitives.iter().enumerate().map(|(i, p)| {
         let rest = match p.surface {

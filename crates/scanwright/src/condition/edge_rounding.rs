@@ -216,7 +216,10 @@ impl Site<'_> {
             let offset = self.mesh.vertices[v as usize] - wedge.apex;
             let (t, z) = (offset.dot(&wedge.across), offset.dot(&wedge.up));
             let bin = ((t + reach) / width).floor();
-            if offset.dot(&wedge.along).abs() > HALF_LENGTH * self.spacing || bin < 0.0 || bin >= N_BINS as f64 {
+            if offset.dot(&wedge.along).abs() > HALF_LENGTH * self.spacing
+                || bin < 0.0
+                || bin >= N_BINS as f64
+            {
                 continue;
             }
             let bin = &mut bins[bin as usize];

@@ -100,7 +100,13 @@ fn sample_patches(mesh: &Mesh, adjacency: &Adjacency, normals: &[Vec3], spacing:
     patches.into_iter().flatten().collect()
 }
 
-fn patch(mesh: &Mesh, adjacency: &Adjacency, normals: &[Vec3], spacing: f64, vertex: VertId) -> Option<Patch> {
+fn patch(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    normals: &[Vec3],
+    spacing: f64,
+    vertex: VertId,
+) -> Option<Patch> {
     // Beside the boundary the ring is one-sided and the quadric extrapolates.
     if adjacency.on_boundary[vertex as usize] || normals[vertex as usize] == Vec3::zeros() {
         return None;

@@ -27,9 +27,7 @@ pub(super) fn rings(
         next.sort_unstable();
         next.dedup();
         // Neighbours of a ring lie in the ring itself or in the ones beside it.
-        next.retain(|v| {
-            last.binary_search(v).is_err() && before.binary_search(v).is_err() && keep(*v)
-        });
+        next.retain(|v| last.binary_search(v).is_err() && before.binary_search(v).is_err() && keep(*v));
         if next.is_empty() {
             break;
         }
@@ -91,7 +89,8 @@ impl Quadric {
         let c = &self.coefficients;
         let dx = c[1] + 2.0 * c[3] * p.x + c[4] * p.y;
         let dy = c[2] + c[4] * p.x + 2.0 * c[5] * p.y;
-        (self.frame.z.into_inner() - self.frame.x.into_inner() * dx - self.frame.y.into_inner() * dy).normalize()
+        (self.frame.z.into_inner() - self.frame.x.into_inner() * dx - self.frame.y.into_inner() * dy)
+            .normalize()
     }
 
     /// The second derivative of largest magnitude, per length, and the direction it is taken in.

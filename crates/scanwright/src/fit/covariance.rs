@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, SVector};
 
 use super::Samples;
-use crate::math::{centroid, Frame, Vec3};
+use crate::math::{Frame, Vec3, centroid};
 use crate::surface::Surface;
 
 /// Names of the parameters of a covariance matrix: the surface's motions that show (translations, length; tilts,
@@ -28,11 +28,18 @@ pub fn parameter_names(surface: &Surface) -> &'static [&'static str] {
 /// Motions are of the surface about the samples' centroid, in the frame whose third direction is the surface's axis
 /// (plane: its normal; sphere: the coordinate axes). `sigma`: standard deviation of one distance, length.
 /// `n_effective`: number of independent samples among them. Empty when the data leave a parameter unobserved.
-pub fn parameter_covariance(surface: &Surface, samples: &Samples, sigma: f64, n_effective: f64) -> Vec<Vec<f64>> {
+pub fn parameter_covariance(
+    surface: &Surface,
+    samples: &Samples,
+    sigma: f64,
+    n_effective: f64,
+) -> Vec<Vec<f64>> {
     let pivot = centroid(&samples.points);
     let frame = match surface {
         Surface::Plane(s) => Frame::from_z(pivot, s.normal),
-        Surface::Sphere(_) => Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() },
+        Surface::Sphere(_) => {
+            Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() }
+        }
         Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
         Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
         Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),

@@ -8,7 +8,7 @@ mod refine;
 mod start;
 
 pub use covariance::{parameter_covariance, parameter_names};
-pub use refine::{refine, Weights};
+pub use refine::{Weights, refine};
 pub use start::starts;
 
 use crate::math::{Point3, Vec3};

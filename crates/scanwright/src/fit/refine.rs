@@ -12,8 +12,8 @@
 use nalgebra::{Rotation3, SVector};
 
 use super::{Fit, Samples};
-use crate::math::least_squares::{minimize, Normal};
-use crate::math::{centroid, Axis, Point3, Vec3};
+use crate::math::least_squares::{Normal, minimize};
+use crate::math::{Axis, Point3, Vec3, centroid};
 use crate::surface::Surface;
 
 /// How distances and normals are weighed against each other.
@@ -132,7 +132,9 @@ fn surface_is_sane(surface: &Surface) -> bool {
         Surface::Plane(_) => true,
         Surface::Cylinder(s) => s.radius > 0.0,
         Surface::Sphere(s) => s.radius > 0.0,
-        Surface::Cone(s) => s.radius > 0.0 && s.half_angle > 0.0 && s.half_angle < std::f64::consts::FRAC_PI_2,
+        Surface::Cone(s) => {
+            s.radius > 0.0 && s.half_angle > 0.0 && s.half_angle < std::f64::consts::FRAC_PI_2
+        }
         Surface::Torus(s) => s.minor_radius > 0.0 && s.major_radius >= 0.0,
     }
 }
@@ -159,18 +161,27 @@ pub(super) fn recentered(surface: &Surface, pivot: &Point3) -> Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::samples::{sample, Patch};
-    use crate::surface::{Cone, Cylinder, Plane, Sphere, SurfaceKind, Torus};
     use crate::math::UnitVec3;
+    use crate::surface::samples::{Patch, sample};
+    use crate::surface::{Cone, Cylinder, Plane, Sphere, SurfaceKind, Torus};
 
     fn planted() -> Vec<(Surface, Patch)> {
         let direction = UnitVec3::new_normalize(Vec3::new(1.0, 2.0, -0.5));
         let axis = Axis { origin: Point3::new(30.0, -20.0, 10.0), direction };
         vec![
-            (Surface::Plane(Plane { point: axis.origin, normal: direction }), Patch { u: (-10.0, 10.0), v: (-5.0, 5.0) }),
+            (
+                Surface::Plane(Plane { point: axis.origin, normal: direction }),
+                Patch { u: (-10.0, 10.0), v: (-5.0, 5.0) },
+            ),
             (Surface::Cylinder(Cylinder { axis, radius: 8.0 }), Patch { u: (0.0, 2.0), v: (-6.0, 6.0) }),
-            (Surface::Cone(Cone { axis, radius: 8.0, half_angle: 0.5 }), Patch { u: (0.0, 2.5), v: (-6.0, 6.0) }),
-            (Surface::Sphere(Sphere { center: axis.origin, radius: 9.0 }), Patch { u: (0.0, 2.0), v: (-0.6, 0.9) }),
+            (
+                Surface::Cone(Cone { axis, radius: 8.0, half_angle: 0.5 }),
+                Patch { u: (0.0, 2.5), v: (-6.0, 6.0) },
+            ),
+            (
+                Surface::Sphere(Sphere { center: axis.origin, radius: 9.0 }),
+                Patch { u: (0.0, 2.0), v: (-0.6, 0.9) },
+            ),
             (
                 Surface::Torus(Torus { axis, major_radius: 20.0, minor_radius: 5.0 }),
                 Patch { u: (0.0, 1.5), v: (-0.5, 1.5) },

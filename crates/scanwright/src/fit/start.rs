@@ -10,7 +10,7 @@
 use nalgebra::{Matrix6, SymmetricEigen, Vector2, Vector6};
 
 use super::{Fit, Samples};
-use crate::math::{centroid, symmetric_eigen, try_unit, Axis, Frame, Mat3, Point3, UnitVec3, Vec3};
+use crate::math::{Axis, Frame, Mat3, Point3, UnitVec3, Vec3, centroid, symmetric_eigen, try_unit};
 use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, SurfaceKind, Torus};
 
 /// First guesses of surfaces of `kind` through `samples`, best conditioned first; none when nothing fits at all.
@@ -75,7 +75,8 @@ fn axes(samples: &Samples) -> Vec<UnitVec3> {
 /// Direction of the motion that moves the surface in itself most nearly.
 fn slippage_axis(samples: &Samples) -> Option<UnitVec3> {
     let center = centroid(&samples.points);
-    let size = samples.points.iter().map(|p| (p - center).norm_squared()).sum::<f64>() / samples.points.len() as f64;
+    let size =
+        samples.points.iter().map(|p| (p - center).norm_squared()).sum::<f64>() / samples.points.len() as f64;
     let size = size.sqrt();
     if !(size > 0.0) {
         return None;
@@ -184,6 +185,7 @@ fn torus(samples: &Samples, direction: UnitVec3) -> Option<Fit> {
     let axis = Axis { origin: frame.origin, direction };
     let (center, radius) = circle(&profile(samples, &axis))?;
     let origin: Point3 = axis.origin + direction.into_inner() * center.y;
-    let torus = Torus { axis: Axis { origin, direction }, major_radius: center.x, minor_radius: radius.abs() };
+    let torus =
+        Torus { axis: Axis { origin, direction }, major_radius: center.x, minor_radius: radius.abs() };
     (center.x > 0.0).then(|| Fit { surface: Surface::Torus(torus), outward: radius > 0.0 })
 }

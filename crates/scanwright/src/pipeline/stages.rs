@@ -65,7 +65,12 @@ pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
     normals
 }
 
-pub(super) fn segment(part: &Part, normals: &[Vec3], tolerances: &Tolerances, options: &Options) -> Segmentation {
+pub(super) fn segment(
+    part: &Part,
+    normals: &[Vec3],
+    tolerances: &Tolerances,
+    options: &Options,
+) -> Segmentation {
     let options = SegmentOptions { min_face: options.min_face };
     segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }

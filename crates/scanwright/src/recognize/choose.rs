@@ -8,7 +8,7 @@
 //!
 //! Second, the more complex surface must depart from the simpler one by a length that the noise cannot explain.
 
-use crate::fit::{refine, starts, Fit, Samples, Weights};
+use crate::fit::{Fit, Samples, Weights, refine, starts};
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};
 
@@ -87,7 +87,8 @@ pub fn fit_kind(
     let few = samples.thinned(N_START);
     let from_previous = previous.filter(|p| p.surface.kind() == kind).copied();
     let with_cost = |fit: Fit| Choice { fit, mean_cost: mean_cost(&fit, &few, weights) };
-    let mut guesses: Vec<Choice> = from_previous.into_iter().chain(starts(kind, &few)).map(with_cost).collect();
+    let mut guesses: Vec<Choice> =
+        from_previous.into_iter().chain(starts(kind, &few)).map(with_cost).collect();
     guesses.sort_by(|a, b| a.mean_cost.total_cmp(&b.mean_cost));
     let start = guesses
         .iter()
@@ -125,7 +126,8 @@ fn lowest_useful_gain(n: usize) -> f64 {
 fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize, limits: &Limits) -> bool {
     let q = freedom(complex.fit.surface.kind()) - freedom(simple.fit.surface.kind());
     let n = n as f64;
-    let penalty = (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost);
+    let penalty =
+        (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost);
     simple.mean_cost - complex.mean_cost > penalty && is_apart(&simple.fit, &complex.fit, samples, limits)
 }
 

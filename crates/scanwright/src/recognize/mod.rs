@@ -3,7 +3,7 @@
 mod choose;
 mod lack_of_fit;
 
-pub use choose::{choose, fit_kind, Choice, Limits, COST_CAP};
+pub use choose::{COST_CAP, Choice, Limits, choose, fit_kind};
 pub use lack_of_fit::lack_of_fit;
 
 use crate::math::stats;

@@ -2,7 +2,7 @@
 
 use super::edge;
 use super::field::{Field, Hypothesis, Scratch};
-use super::select::{price, DEAD_ZONE, UNEXPLAINED};
+use super::select::{DEAD_ZONE, UNEXPLAINED, price};
 use crate::fit::Fit;
 use crate::par;
 
@@ -58,7 +58,8 @@ impl Cover {
         let old = &hypotheses[chosen[at]];
         let core: Vec<u32> = old.support.iter().map(|s| s.0).collect();
         let mut local = Local::new(self, field, &core, at as u32);
-        let old_total: f64 = local.vertices.iter().map(|&v| f64::from(self.best[v as usize])).sum::<f64>() + price(old);
+        let old_total: f64 =
+            local.vertices.iter().map(|&v| f64::from(self.best[v as usize])).sum::<f64>() + price(old);
         let candidates: Vec<usize> = (0..hypotheses.len())
             .filter(|k| !chosen.contains(k) && local.overlap(&hypotheses[*k]) > 0.3)
             .collect();
@@ -69,7 +70,9 @@ impl Cover {
                 let best = local.with(field, self, &hypotheses[k], &added, hypotheses);
                 (best.iter().map(|b| f64::from(*b)).sum::<f64>() + price(&hypotheses[k]), k, best)
             });
-            let Some((next, k, best)) = trials.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { break };
+            let Some((next, k, best)) = trials.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else {
+                break;
+            };
             if next >= total {
                 break;
             }
@@ -113,7 +116,8 @@ impl Cover {
         let distance = fit.surface.signed_distance(point).abs();
         for &other in near.iter().filter(|&&k| k != label) {
             let other = &self.fits[other as usize];
-            let past = (distance - other.surface.signed_distance(point).abs()).max(0.0) / field.weights.distance_sigma;
+            let past = (distance - other.surface.signed_distance(point).abs()).max(0.0)
+                / field.weights.distance_sigma;
             cost = cost.min(edge::cost(field, fit, other, vertex) + past);
         }
         cost
@@ -138,8 +142,11 @@ impl Local {
             place[v as usize] = i as u32 + 1;
         }
         let best = par::map(&vertices, |&v| {
-            let near: Vec<&Fit> =
-                cover.near[v as usize].iter().filter(|&&k| k != without).map(|&k| &cover.fits[k as usize]).collect();
+            let near: Vec<&Fit> = cover.near[v as usize]
+                .iter()
+                .filter(|&&k| k != without)
+                .map(|&k| &cover.fits[k as usize])
+                .collect();
             let mut best = UNEXPLAINED;
             for (i, fit) in near.iter().enumerate() {
                 best = best.min(field.cost(fit, v) as f32);
@@ -182,7 +189,10 @@ impl Local {
             if *slot <= DEAD_ZONE || distance > close {
                 continue;
             }
-            let near = cover.near[v as usize].iter().filter(|&&k| k != self.without).map(|&k| &cover.fits[k as usize]);
+            let near = cover.near[v as usize]
+                .iter()
+                .filter(|&&k| k != self.without)
+                .map(|&k| &cover.fits[k as usize]);
             for other in near.chain(added.iter().map(|&k| &hypotheses[k].fit)) {
                 *slot = slot.min((edge::cost(field, &hypothesis.fit, other, v) as f32).max(DEAD_ZONE));
             }

@@ -1,5 +1,5 @@
 use crate::fit::{Fit, Samples, Weights};
-use crate::math::{stats, Point3, Vec3};
+use crate::math::{Point3, Vec3, stats};
 use crate::mesh::{Adjacency, Csr, Mesh};
 use crate::recognize::Limits;
 use crate::tolerance::Tolerances;
@@ -62,7 +62,12 @@ impl<'a> Field<'a> {
     const DEPARTURE_SIGMAS: f64 = 1.5;
 
     /// The field of a mesh.
-    pub fn new(mesh: &'a Mesh, adjacency: &'a Adjacency, normals: &'a [Vec3], tolerances: &Tolerances) -> Self {
+    pub fn new(
+        mesh: &'a Mesh,
+        adjacency: &'a Adjacency,
+        normals: &'a [Vec3],
+        tolerances: &Tolerances,
+    ) -> Self {
         let spacing = tolerances.spacing();
         let sigma = (Self::TOTAL_PER_WHITE * tolerances.noise()).max(Self::SIGMA_FLOOR * spacing);
         Self {
@@ -226,7 +231,14 @@ impl<'a> Field<'a> {
 
     /// Vertices connected to `core` whose cost under `fit` is below `limit`, nearest first, with costs; stops at
     /// `n_max`.
-    pub fn flood(&self, fit: &Fit, core: &[u32], limit: f64, n_max: usize, scratch: &mut Scratch) -> Vec<(u32, f32)> {
+    pub fn flood(
+        &self,
+        fit: &Fit,
+        core: &[u32],
+        limit: f64,
+        n_max: usize,
+        scratch: &mut Scratch,
+    ) -> Vec<(u32, f32)> {
         let mark = scratch.next_mark();
         let mut found: Vec<(u32, f32)> = Vec::new();
         for &v in core {

@@ -7,7 +7,7 @@ use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use crate::fit::{parameter_covariance, refine, Fit, Samples, Weights};
+use crate::fit::{Fit, Samples, Weights, parameter_covariance, refine};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::recognize::{Primitive, Residual};
@@ -49,7 +49,8 @@ impl Regions {
         let mut scratch = Scratch::new(field.len());
         let mut regions = Self { of_vertex: vec![None; field.len()], fits: Vec::new() };
         // A face must be two rings deep, or half as wide as the user's smallest face.
-        let min_depth = options.min_face.map_or(2.0, |width| (0.5 * width / field.spacing).max(1.0)).min(200.0) as usize;
+        let min_depth =
+            options.min_face.map_or(2.0, |width| (0.5 * width / field.spacing).max(1.0)).min(200.0) as usize;
         for (label, members) in labels.components(field) {
             let deepest = field.depths(&members, min_depth, &mut scratch).into_iter().max().unwrap_or(0);
             if members.len() < MIN_REGION || usize::from(deepest) < min_depth {
@@ -67,8 +68,13 @@ impl Regions {
     fn flood(&mut self, field: &Field, rings: u32) {
         let mut heap = BinaryHeap::new();
         let mut order = 0_u64;
-        let mut push = |heap: &mut BinaryHeap<Reverse<(OrderedCost, u64, u32, u32, u32)>>, fits: &[Option<Fit>], v, k, ring| {
-            let cost = fits[k as usize].map_or(0.0, |fit| fit.surface.signed_distance(&field.points[v as usize]).abs());
+        let mut push = |heap: &mut BinaryHeap<Reverse<(OrderedCost, u64, u32, u32, u32)>>,
+                        fits: &[Option<Fit>],
+                        v,
+                        k,
+                        ring| {
+            let cost = fits[k as usize]
+                .map_or(0.0, |fit| fit.surface.signed_distance(&field.points[v as usize]).abs());
             order += 1;
             heap.push(Reverse((OrderedCost(cost), order, v, k, ring)));
         };
@@ -114,8 +120,9 @@ impl Regions {
                 }
                 next += 1;
             }
-            let touches_none =
-                members.iter().all(|&v| field.rings.row(v as usize).iter().all(|&u| self.of_vertex[u as usize].is_none()));
+            let touches_none = members
+                .iter()
+                .all(|&v| field.rings.row(v as usize).iter().all(|&u| self.of_vertex[u as usize].is_none()));
             if members.len() > MIN_FREEFORM || touches_none {
                 for &v in &members {
                     self.of_vertex[v as usize] = Some(self.fits.len() as u32);

@@ -6,7 +6,7 @@ use super::label::Labels;
 use crate::fit::Fit;
 use crate::math::Vec3;
 use crate::par;
-use crate::recognize::{choose, fit_kind, Choice};
+use crate::recognize::{Choice, choose, fit_kind};
 use crate::surface::SurfaceKind;
 
 /// Cost up to which a growing surface takes a vertex: 3.5 sigmas.
@@ -43,7 +43,9 @@ pub(super) fn explore(
     let roughness = normal_roughness(field);
     if std::env::var("DEV").is_ok() {
         let mut r = roughness.clone();
-        for q in [0.1, 0.3, 0.5, 0.7] { eprint!(" q{q} {:.4}", (crate::math::stats::quantile(&mut r, q).unwrap() / 2.0).sqrt()); }
+        for q in [0.1, 0.3, 0.5, 0.7] {
+            eprint!(" q{q} {:.4}", (crate::math::stats::quantile(&mut r, q).unwrap() / 2.0).sqrt());
+        }
         eprintln!(" sigma_d/s {:.3}", field.weights.distance_sigma / field.spacing);
     }
     let mut order: Vec<u32> = (0..field.len() as u32).collect();
@@ -98,7 +100,9 @@ fn is_unexplained(field: &Field, best: &[f32], labels: &Labels, seed: u32, whole
     }
     !whole_ring
         || (labels.of_vertex[seed as usize].is_none()
-            && ring.iter().all(|&u| labels.of_vertex[u as usize].is_none() || f64::from(best[u as usize]) > EXPLAINED_COST))
+            && ring.iter().all(|&u| {
+                labels.of_vertex[u as usize].is_none() || f64::from(best[u as usize]) > EXPLAINED_COST
+            }))
 }
 
 /// Residual of a linear model of the normals over the two-ring: small inside any smooth surface, whatever its
@@ -179,7 +183,10 @@ fn spread(
         region = flooded.iter().map(|f| f.0).collect();
         let interior = field.eroded(&region, 1, MIN_INTERIOR, scratch);
         let samples = field.samples(&interior, N_SAMPLES);
-        let Some(next) = choose(&samples, region.len(), &field.weights, &field.limits, Some(&choice.fit)) else { break };
+        let Some(next) = choose(&samples, region.len(), &field.weights, &field.limits, Some(&choice.fit))
+        else {
+            break;
+        };
         choice = next;
         if region.len() as f64 <= 1.1 * n_last as f64 {
             break;

@@ -103,9 +103,8 @@ fn sweep(field: &Field, cover: &Cover, labels: &mut Labels) -> usize {
             continue;
         }
         let energy = |label: Option<u32>| {
-            let data = label.map_or(f64::from(UNEXPLAINED), |k| {
-                cover.cost(field, k, v as u32).max(f64::from(DEAD_ZONE))
-            });
+            let data = label
+                .map_or(f64::from(UNEXPLAINED), |k| cover.cost(field, k, v as u32).max(f64::from(DEAD_ZONE)));
             let n_other = ring.iter().filter(|&&u| labels.of_vertex[u as usize] != label).count();
             data + BORDER_COST * n_other as f64
         };

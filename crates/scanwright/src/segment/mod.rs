@@ -95,16 +95,33 @@ fn alternatives(field: &Field, selected: &[Hypothesis]) -> Vec<Hypothesis> {
 const PATCH_SIZES: [&[usize]; 3] = [&[40], &[20, 60], &[14, 30]];
 
 fn dump(what: &str, field: &Field, hyps: &[field::Hypothesis]) {
-    if std::env::var("DEV").is_err() { return; }
+    if std::env::var("DEV").is_err() {
+        return;
+    }
     eprintln!("{what} {}", hyps.len());
     let mut rows: Vec<_> = hyps.iter().collect();
     rows.sort_by_key(|h| std::cmp::Reverse(h.support.len()));
     for h in rows.iter().take(30) {
         let m: f64 = h.support.iter().map(|s| f64::from(s.1)).sum::<f64>() / h.support.len() as f64;
         let s = field.spacing;
-        let size = match h.fit.surface { crate::surface::Surface::Plane(_) => String::new(), crate::surface::Surface::Cylinder(c) => format!("r {:.1}", c.radius / s),
-            crate::surface::Surface::Cone(c) => format!("r {:.1} angle {:.1}", c.radius / s, c.half_angle.to_degrees()), crate::surface::Surface::Sphere(c) => format!("r {:.1}", c.radius / s),
-            crate::surface::Surface::Torus(c) => format!("R {:.1} r {:.1}", c.major_radius / s, c.minor_radius / s) };
-        eprintln!("   {:?} {size} n {} mean {m:.2} interior {:.2} lack {:.2} out {}", h.fit.surface.kind(), h.support.len(), h.mean_cost, h.lack, h.fit.outward);
+        let size = match h.fit.surface {
+            crate::surface::Surface::Plane(_) => String::new(),
+            crate::surface::Surface::Cylinder(c) => format!("r {:.1}", c.radius / s),
+            crate::surface::Surface::Cone(c) => {
+                format!("r {:.1} angle {:.1}", c.radius / s, c.half_angle.to_degrees())
+            }
+            crate::surface::Surface::Sphere(c) => format!("r {:.1}", c.radius / s),
+            crate::surface::Surface::Torus(c) => {
+                format!("R {:.1} r {:.1}", c.major_radius / s, c.minor_radius / s)
+            }
+        };
+        eprintln!(
+            "   {:?} {size} n {} mean {m:.2} interior {:.2} lack {:.2} out {}",
+            h.fit.surface.kind(),
+            h.support.len(),
+            h.mean_cost,
+            h.lack,
+            h.fit.outward
+        );
     }
 }

@@ -1,11 +1,11 @@
 //! Labelled regions become hypotheses again: retyped on their interior, merged with neighbours of the same surface.
 
 use super::field::{Field, Hypothesis, Scratch};
-use super::grow::{settle, BORDER_RINGS, MIN_INTERIOR};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle};
 use super::label::Labels;
 use crate::fit::{Fit, Samples};
 use crate::par;
-use crate::recognize::{choose, COST_CAP};
+use crate::recognize::{COST_CAP, choose};
 
 /// Smallest region that is refitted, in vertices.
 const MIN_REGION: usize = 20;
@@ -115,8 +115,12 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<(f64, Fit)> {
 }
 
 fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
-    let sum: f64 =
-        samples.points.iter().zip(&samples.normals).map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP)).sum();
+    let sum: f64 = samples
+        .points
+        .iter()
+        .zip(&samples.normals)
+        .map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP))
+        .sum();
     sum / samples.points.len().max(1) as f64
 }
 

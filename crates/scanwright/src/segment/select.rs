@@ -23,8 +23,7 @@ const MIN_GAIN: f64 = 120.0;
 
 /// Selected surfaces in the order of their gain, each with its smoothed costs, and what they explain.
 pub(super) fn select(field: &Field, hypotheses: &[Hypothesis]) -> (Vec<Hypothesis>, Cover) {
-    let smoothed: Vec<Hypothesis> =
-        par::map(hypotheses, |h| h.with_support(smooth(field, h)));
+    let smoothed: Vec<Hypothesis> = par::map(hypotheses, |h| h.with_support(smooth(field, h)));
     let chosen = greedy(field, &smoothed);
     let chosen = exchange(field, &smoothed, chosen);
     let cover = Cover::of(field, chosen.iter().map(|&k| &smoothed[k]));

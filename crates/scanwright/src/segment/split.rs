@@ -7,10 +7,10 @@
 use std::f64::consts::PI;
 
 use super::field::{Field, Hypothesis, Scratch};
-use super::grow::{settle, BORDER_RINGS, MIN_INTERIOR};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle};
 use crate::fit::Fit;
 use crate::math::Frame;
-use crate::recognize::{fit_kind, COST_CAP};
+use crate::recognize::{COST_CAP, fit_kind};
 use crate::surface::{Surface, SurfaceKind};
 
 /// Samples per part while cutting.

@@ -1,7 +1,7 @@
 //! Second-order data of a surface at the foot of a point, and its derivatives by the shape parameters.
 
 use super::Surface;
-use crate::math::{any_perpendicular, try_unit, Axis, Point3, UnitVec3, Vec3};
+use crate::math::{Axis, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 
 /// Distance, frame of principal directions and curvatures at the foot of a point.
 ///

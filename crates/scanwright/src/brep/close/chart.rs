@@ -14,6 +14,10 @@ use std::f64::consts::{PI, TAU};
 /// Largest isothermal coordinate that a picture may hold: beyond it `exp` leaves the range the triangulation takes.
 const MAX_LOG: f64 = 90.0;
 
+/// Half-angle from which a cone is taken to run to its apex unseen: between the 45 degrees of countersinks, which end
+/// in a bore, and the 59 of drill points.
+const BLUNT: f64 = 0.9;
+
 /// Which circle of a torus is the angle of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Round {
@@ -114,24 +118,28 @@ impl Chart {
     }
 
     fn picture(&self, natural: Flat) -> Option<Flat> {
-        let [x, y] = match self.kind {
-            Kind::Flat => natural,
-            _ => {
-                let [a, l] = natural;
-                if !(l.abs() < MAX_LOG) {
-                    return None;
-                }
-                let (sin, cos) = a.sin_cos();
-                [(-l).exp() * cos, (-l).exp() * sin]
+        let [x, y] = if matches!(self.kind, Kind::Flat) {
+            natural
+        } else {
+            let [a, l] = natural;
+            let in_range = l.abs() < MAX_LOG && a.is_finite();
+            if !in_range {
+                return None;
             }
+            let (sin, cos) = a.sin_cos();
+            [(-l).exp() * cos, (-l).exp() * sin]
         };
         Some([x, if self.outward { y } else { -y }])
     }
 
-    /// Whether loops that wind round the origin of the picture enclose nothing of the surface there: all but the apex
-    /// of a cone and the pole of a sphere.
+    /// Whether loops that wind round the origin of the picture enclose no end of the surface there: the pole of a
+    /// sphere is one, and the apex of a cone as blunt as a drill's point.
     pub(super) fn is_endless_at_origin(&self) -> bool {
-        matches!(self.kind, Kind::Cylinder { .. } | Kind::Torus { .. })
+        match self.kind {
+            Kind::Cylinder { .. } | Kind::Torus { .. } => true,
+            Kind::Cone { half_angle } => half_angle < BLUNT,
+            Kind::Flat | Kind::Sphere { .. } => false,
+        }
     }
 
     /// Pictures of the points of a loop, whose natural coordinates are averaged `n_smoothings` times with those of
@@ -193,6 +201,7 @@ impl Chart {
 
     fn flat_grid(&self, locals: &[Vec3], step: f64) -> Vec<(Point3, Flat)> {
         let ((x0, x1), (y0, y1)) = (range(locals.iter().map(|q| q.x)), range(locals.iter().map(|q| q.y)));
+        let step = coarsened(step, (x1 - x0) * (y1 - y0) / (step * step));
         let mut found = Vec::new();
         for (row, y) in steps(y0, y1, step * ROW_PER_STEP).into_iter().enumerate() {
             for x in steps(x0, x1, step) {
@@ -206,8 +215,9 @@ impl Chart {
     /// Rings of the given (radius, height) about the frame's axis.
     fn ring_grid(&self, rows: &[(f64, f64)], step: f64) -> Vec<(Point3, Flat)> {
         let mut found = Vec::new();
+        let step = coarsened(step, rows.iter().map(|row| TAU * row.0 / step).sum());
         for (row, &(radius, height)) in rows.iter().enumerate() {
-            let n = (TAU * radius / step).round().max(1.0).min(MAX_RING) as usize;
+            let n = (TAU * radius / step).round().clamp(1.0, MAX_RING) as usize;
             for i in 0..n {
                 let (sin, cos) = (TAU * (i as f64 + shift(row)) / n as f64).sin_cos();
                 let point = self.frame.global(&Vec3::new(radius * cos, radius * sin, height));
@@ -244,9 +254,17 @@ const ROW_PER_STEP: f64 = 0.866;
 /// A ring or row never holds more points: protects memory when a radius is absurd for the spacing.
 const MAX_RING: f64 = 4000.0;
 
+/// A filling has about this many points at most: protects time when a hole is huge for the spacing.
+const MAX_POINTS: f64 = 1.0e5;
+
+/// The step, or a larger one that would make fewer than the greatest number of points out of `n_points`.
+fn coarsened(step: f64, n_points: f64) -> f64 {
+    if n_points > MAX_POINTS { step * (n_points / MAX_POINTS).sqrt() } else { step }
+}
+
 /// Every other row is shifted by half a step.
 fn shift(row: usize) -> f64 {
-    if row % 2 == 0 { 0.0 } else { 0.5 }
+    if row.is_multiple_of(2) { 0.0 } else { 0.5 }
 }
 
 /// From `lo` to `hi` in equal steps near `step`.

@@ -72,7 +72,8 @@ fn ring_on_plane(surface: &Surface, plane: &Plane, spacing: f64) -> Option<Vec<P
     let fall = along.dot(&plane.normal);
     let height = -plane.signed_distance(&axis.origin) / fall;
     let middle = radius + slope * height;
-    if !(middle > 0.5 * spacing) || !height.is_finite() {
+    let crosses = height.is_finite() && middle > 0.5 * spacing;
+    if !crosses {
         return None;
     }
     let n = (std::f64::consts::TAU * middle / spacing).round().clamp(MIN_RING, MAX_RING) as usize;
@@ -106,12 +107,11 @@ fn extrude(shell: &mut Shell, hole: &Hole, walls: &[u32], plane: &Plane) -> Vec<
         let lower: Vec<u32> = (0..n)
             .map(|i| {
                 let mut point = rim[i] + (targets[i] - rim[i]) * share;
-                if row < n_rows && walls[i] == walls[(i + n - 1) % n] {
-                    if let Some(surface) = shell.surface(walls[i]) {
-                        let projected = surface.project(&point);
-                        if (projected - point).norm() < shell.spacing * SLACK {
-                            point = projected;
-                        }
+                let is_inside_wall = row < n_rows && walls[i] == walls[(i + n - 1) % n];
+                if let Some(surface) = shell.surface(walls[i]).filter(|_| is_inside_wall) {
+                    let projected = surface.project(&point);
+                    if (projected - point).norm() < shell.spacing * SLACK {
+                        point = projected;
                     }
                 }
                 shell.add_vertex(point)

@@ -137,19 +137,41 @@ pub(super) fn triangulate(loops: &[Vec<Flat>], extra: &[Flat]) -> Option<Vec<[us
         }
         start += n;
     }
-    let mut triangles = Vec::new();
-    for face in plane.inner_faces() {
-        let corners = face.vertices().map(|v| index_of[v.index()]);
-        let middle = [0, 1].map(|k| corners.iter().map(|&c| points[c][k]).sum::<f64>() / 3.0);
-        if winding(middle, loops) == 1 {
-            triangles.push(corners);
-        }
-    }
-    has_border(&triangles, borders).then_some(triangles)
+    let faces: Vec<[usize; 3]> =
+        plane.inner_faces().map(|face| face.vertices().map(|v| index_of[v.index()])).collect();
+    borders.sort_unstable();
+    let triangles = left_of(&faces, &borders);
+    has_border(&triangles, &borders).then_some(triangles)
 }
 
-/// Whether the border of `triangles` is `expected`, a set of directed edges.
-fn has_border(triangles: &[[usize; 3]], mut expected: Vec<(usize, usize)>) -> bool {
+/// The faces that are reached from the left sides of `borders` (sorted) without crossing any. Not by winding numbers
+/// of points: a loop along a straight wall leaves slivers with no point safely inside.
+fn left_of(faces: &[[usize; 3]], borders: &[(usize, usize)]) -> Vec<[usize; 3]> {
+    let mut edges: Vec<((usize, usize), usize)> = Vec::with_capacity(3 * faces.len());
+    for (f, face) in faces.iter().enumerate() {
+        edges.extend((0..3).map(|k| ((face[k], face[(k + 1) % 3]), f)));
+    }
+    edges.sort_unstable();
+    let face_at =
+        |edge: (usize, usize)| edges.binary_search_by(|probe| probe.0.cmp(&edge)).ok().map(|i| edges[i].1);
+    let mut inside = vec![false; faces.len()];
+    let mut stack: Vec<usize> = borders.iter().filter_map(|&edge| face_at(edge)).collect();
+    while let Some(f) = stack.pop() {
+        if std::mem::replace(&mut inside[f], true) {
+            continue;
+        }
+        for k in 0..3 {
+            let edge = (faces[f][k], faces[f][(k + 1) % 3]);
+            let is_border = borders.binary_search(&edge).is_ok();
+            let beyond = face_at((edge.1, edge.0)).filter(|&g| !inside[g] && !is_border);
+            stack.extend(beyond);
+        }
+    }
+    (0..faces.len()).filter(|&f| inside[f]).map(|f| faces[f]).collect()
+}
+
+/// Whether the border of `triangles` is `expected`, a sorted set of directed edges.
+fn has_border(triangles: &[[usize; 3]], expected: &[(usize, usize)]) -> bool {
     let mut edges: Vec<(usize, usize)> =
         triangles.iter().flat_map(|t| (0..3).map(|k| (t[k], t[(k + 1) % 3]))).collect();
     edges.sort_unstable();
@@ -159,6 +181,5 @@ fn has_border(triangles: &[[usize; 3]], mut expected: Vec<(usize, usize)>) -> bo
     let mut border: Vec<(usize, usize)> =
         edges.iter().filter(|e| edges.binary_search(&(e.1, e.0)).is_err()).copied().collect();
     border.sort_unstable();
-    expected.sort_unstable();
     border == expected
 }

@@ -26,6 +26,9 @@ pub struct Closed {
     pub labelled: LabelledMesh,
     /// Holes that nothing closes.
     pub open: Vec<OpenHole>,
+    /// Regions of the scan that are two ends of one surface: the one that stays (its surface now fits both), the one
+    /// that has no triangles left.
+    pub merged: Vec<(RegionId, RegionId)>,
     /// Regions with assumed triangles, ascending.
     pub assumed_faces: Vec<AssumedFace>,
 }
@@ -65,7 +68,7 @@ pub struct AssumedFace {
 /// Regions made here, and what they stand for.
 #[derive(Debug, Default)]
 struct Made {
-    support: Option<u32>,
+    support: Vec<u32>,
     caps: Vec<u32>,
 }
 
@@ -92,6 +95,10 @@ pub fn close(
     cap_mouths(&mut shell, &mut holes, &mut made);
     let open = fill_rest(&mut shell, holes);
     shell.part_doubled_edges();
+    shell.absorb_islands();
+    for label in made.support.clone() {
+        made.support.extend(shell.part_region(label));
+    }
     finish(shell, open, &made)
 }
 
@@ -124,15 +131,11 @@ const NEAR_SUPPORT: f64 = 8.0;
 fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, made: &mut Made) {
     let mut members: Vec<(usize, Vec<u32>)> = Vec::new();
     for (i, hole) in holes.iter().enumerate() {
-        if let Some(mouth) = mouth::mouth(shell, hole) {
-            if mouth.reaches(shell, table) {
-                members.push((i, vec![mouth.label; hole.rim.len()]));
-                continue;
-            }
+        if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.reaches(shell, table)) {
+            members.push((i, vec![mouth.label; hole.rim.len()]));
+            continue;
         }
-        let height =
-            shell.points(&hole.rim).iter().map(|p| table.signed_distance(p)).fold(f64::MIN, f64::max);
-        if height < NEAR_SUPPORT * shell.spacing {
+        if sheet::surrounds(shell, hole, table, NEAR_SUPPORT * shell.spacing) {
             members.push((i, hole.labels.clone()));
         }
     }
@@ -143,7 +146,7 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
         let walls: Vec<Vec<u32>> = group.iter().map(|(_, walls)| walls.clone()).collect();
         let label = shell.add_plane(bottom);
         if extend::extend_and_cap(shell, &chosen, &walls, &bottom, label) {
-            made.support = Some(label);
+            made.support.push(label);
             let mut gone: Vec<usize> = group.iter().map(|(i, _)| *i).collect();
             gone.sort_unstable();
             for i in gone.into_iter().rev() {
@@ -235,7 +238,7 @@ fn finish(mut shell: Shell, mut open: Vec<OpenHole>, made: &Made) -> Closed {
         }
     }
     let assumption = |label: u32| {
-        if made.support == Some(label) {
+        if made.support.contains(&label) {
             Assumption::Support
         } else if made.caps.contains(&label) {
             Assumption::Cap
@@ -251,8 +254,9 @@ fn finish(mut shell: Shell, mut open: Vec<OpenHole>, made: &Made) -> Closed {
             area: areas[label as usize],
         })
         .collect();
-    let labels = shell.labels.into_iter().map(RegionId).collect();
+    let labels = shell.labels.iter().copied().map(RegionId).collect();
     let labelled =
         LabelledMesh { mesh: shell.mesh, labels, primitives: shell.primitives, assumed: shell.assumed };
-    Closed { labelled, open, assumed_faces }
+    let merged = shell.merged.iter().map(|&(a, b)| (RegionId(a), RegionId(b))).collect();
+    Closed { labelled, open, merged, assumed_faces }
 }

@@ -2,8 +2,9 @@
 
 use super::chart::turns;
 use super::shell::{Hole, Shell};
-use crate::math::{Frame, Point3, UnitVec3, angle_between};
-use crate::surface::{Plane, Surface};
+use crate::math::{Axis, Frame, Point3, UnitVec3, angle_between, try_unit};
+use crate::surface::{Cylinder, Plane, Surface};
+use std::f64::consts::PI;
 
 /// Where a cylinder or cone goes on unseen.
 #[derive(Debug, Clone)]
@@ -85,8 +86,8 @@ pub(super) fn facing_pair(shell: &mut Shell, holes: &[Hole]) -> Option<(usize, u
     let seen: Vec<u32> = mouths.iter().flatten().map(|m| m.label).collect();
     for (found, hole) in mouths.iter_mut().zip(holes).filter(|(found, _)| found.is_none()) {
         // A mouth that other surfaces cut into is one when its counterpart is seen.
-        let labels = hole.distinct_labels().into_iter().filter(|label| seen.contains(label));
-        *found = labels.filter_map(|label| mouth_of(shell, hole, label)).next();
+        let mut labels = hole.distinct_labels().into_iter().filter(|label| seen.contains(label));
+        *found = labels.find_map(|label| mouth_of(shell, hole, label));
     }
     let mut best: Option<(f64, usize, usize)> = None;
     for i in 0..holes.len() {
@@ -105,6 +106,7 @@ pub(super) fn facing_pair(shell: &mut Shell, holes: &[Hole]) -> Option<(usize, u
     let (_, i, j) = best?;
     let (a, b) = (mouths[i].as_ref()?.label, mouths[j].as_ref()?.label);
     if a != b {
+        shell.primitives[a as usize].surface = joint_cylinder(shell, a, b).map(Surface::Cylinder);
         shell.merge_regions(a, b);
     }
     Some((i, j, a))
@@ -112,20 +114,58 @@ pub(super) fn facing_pair(shell: &mut Shell, holes: &[Hole]) -> Option<(usize, u
 
 /// Radii of the two ends of one bore differ by less than this, in spacings.
 const SAME_RADIUS: f64 = 0.5;
+/// Axes of the two ends of one bore pass each other's middle within this, in spacings, or lean off the line between
+/// the middles by less than `LEAN`.
+const SAME_AXIS: f64 = 0.5;
+/// The direction of an end that is seen a few spacings deep is known to one or two degrees; radians.
+const LEAN: f64 = 0.04;
+/// Ends farther apart than this, in radii, know their common axis better from their middles than from either.
+const FAR: f64 = 2.0;
 
 fn same_surface(shell: &Shell, a: u32, b: u32) -> bool {
     if a == b {
         return true;
     }
     let outward = |label: u32| shell.primitives[label as usize].outward;
-    match (shell.surface(a), shell.surface(b)) {
-        (Some(Surface::Cylinder(s)), Some(Surface::Cylinder(t))) => {
-            let limit = SAME_RADIUS * shell.spacing;
-            outward(a) == outward(b)
-                && (s.radius - t.radius).abs() < limit
-                && s.axis.radial(&t.axis.origin).norm() < limit
-                && t.axis.radial(&s.axis.origin).norm() < limit
-        }
-        _ => false,
-    }
+    let (Some(Surface::Cylinder(s)), Some(Surface::Cylinder(t))) = (shell.surface(a), shell.surface(b))
+    else {
+        return false;
+    };
+    let between = middle(shell, b, &t.axis) - middle(shell, a, &s.axis);
+    let agrees = |axis: &Axis, other: &Axis| {
+        let leans = angle_between(&axis.direction, &between);
+        axis.radial(&other.origin).norm() < SAME_AXIS * shell.spacing || leans.min(PI - leans) < LEAN
+    };
+    outward(a) == outward(b)
+        && (s.radius - t.radius).abs() < SAME_RADIUS * shell.spacing
+        && s.axis.direction.cross(&t.axis.direction).norm() < 2.0 * LEAN
+        && agrees(&s.axis, &t.axis)
+        && agrees(&t.axis, &s.axis)
+}
+
+/// One cylinder for two ends of a bore: through both middles when they are far apart, else that of the larger end.
+fn joint_cylinder(shell: &Shell, a: u32, b: u32) -> Option<Cylinder> {
+    let (Surface::Cylinder(s), Surface::Cylinder(t)) = (*shell.surface(a)?, *shell.surface(b)?) else {
+        return None;
+    };
+    let count = |label: u32| shell.labels.iter().filter(|l| **l == label).count() as f64;
+    let (n, m) = (count(a), count(b));
+    let radius = (n * s.radius + m * t.radius) / (n + m).max(1.0);
+    let (p, q) = (middle(shell, a, &s.axis), middle(shell, b, &t.axis));
+    let larger = if n < m { t.axis } else { s.axis };
+    let direction = try_unit(q - p).filter(|_| (q - p).norm() > FAR * radius);
+    let axis = direction.map_or(larger, |direction| {
+        let sense = if direction.dot(&s.axis.direction) < 0.0 { -direction } else { direction };
+        Axis { origin: nalgebra::center(&p, &q), direction: sense }
+    });
+    Some(Cylinder { axis, radius })
+}
+
+/// The point of the axis at the mean height of the region's triangles.
+fn middle(shell: &Shell, label: u32, axis: &Axis) -> Point3 {
+    let mine = (0..shell.labels.len()).filter(|&t| shell.labels[t] == label);
+    let (sum, n) = mine.fold((0.0, 0.0), |(sum, n): (f64, f64), t| {
+        (sum + axis.height(&shell.mesh.triangle_center(t)), n + 1.0)
+    });
+    axis.origin + axis.direction.into_inner() * (sum / n.max(1.0))
 }

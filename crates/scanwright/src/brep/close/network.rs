@@ -134,7 +134,8 @@ fn crossing(a: &Drill, b: &Drill) -> Option<(f64, f64)> {
 }
 
 fn close_group(shell: &mut Shell, holes: &[Hole], drills: &[Drill]) -> Option<Vec<u32>> {
-    if drills.iter().any(|d| !(d.end > d.start)) {
+    let all_run_on = drills.iter().all(|d| d.end > d.start);
+    if !all_run_on {
         return None;
     }
     let surface = air_surface(drills, shell.spacing)?;
@@ -255,7 +256,8 @@ fn air_surface(drills: &[Drill], step: f64) -> Option<Mesh> {
         }
     }
     let dims = (hi - lo).map(|d| (d / step).ceil() + 1.0);
-    if !(dims.x * dims.y * dims.z < MAX_GRID) {
+    let fits = dims.x * dims.y * dims.z < MAX_GRID;
+    if !fits {
         return None;
     }
     let [nx, ny, nz] = [dims.x as usize, dims.y as usize, dims.z as usize];

@@ -23,14 +23,18 @@ use std::collections::BinaryHeap;
 
 /// Rounds of labelling and moving: a fold a hundred spacings deep is reached at a few spacings each.
 const ROUNDS: usize = 24;
+/// The first rounds label by distance alone: a surface with little rim, such as the far wall of a slot, is found by
+/// nothing else.
+const FREE_ROUNDS: usize = 8;
 /// Passes that make the first membrane harmonic.
 const HARMONIC_PASSES: usize = 200;
 /// Passes of averaging per round.
 const AVERAGINGS: usize = 2;
 /// A vertex moves at most this far per round, in spacings, lest triangles turn over.
 const STRIDE: f64 = 2.0;
-/// Length counts for this much beside distance from the surface, in spacings: enough to break ties.
-const LENGTH_COST: f64 = 0.1;
+/// Length counts for this much beside distance from the surface, in spacings: enough to break ties, and little enough
+/// that a long wall with a short rim keeps its far end.
+const LENGTH_COST: f64 = 0.03;
 
 /// A part of the mesh being made: vertices of the rim first.
 struct Patch {
@@ -46,9 +50,8 @@ struct Patch {
 pub(super) fn fill_patch(shell: &mut Shell, holes: &[&Hole]) -> bool {
     let Some(mut patch) = membrane(shell, holes) else { return false };
     let flat = patch.mesh.vertices.clone();
-    for _ in 0..ROUNDS {
-        let labels = labelled(shell, &patch);
-        patch.labels = labels;
+    for round in 0..ROUNDS {
+        patch.labels = if round < FREE_ROUNDS { nearest(shell, &patch) } else { labelled(shell, &patch) };
         relax(shell, &mut patch);
     }
     patch.labels = labelled(shell, &patch);
@@ -120,6 +123,23 @@ fn average(patch: &mut Patch) {
         let sum: Vec3 = around.iter().map(|&u| patch.mesh.vertices[u as usize].coords).sum();
         patch.mesh.vertices[v] = Point3::from(sum / around.len() as f64);
     }
+}
+
+/// Labels by distance from the surfaces of the rim, then smoothed.
+fn nearest(shell: &Shell, patch: &Patch) -> Vec<u32> {
+    let mut known: Vec<u32> = patch.rim_edges.iter().map(|edge| edge.1).collect();
+    known.sort_unstable();
+    known.dedup();
+    let off = |label: u32, point: &Point3| {
+        shell.surface(label).map_or(shell.spacing, |s| s.signed_distance(point).abs())
+    };
+    (0..patch.mesh.triangles.len())
+        .map(|t| {
+            let center = patch.mesh.triangle_center(t);
+            let best = known.iter().min_by(|a, b| off(**a, &center).total_cmp(&off(**b, &center)));
+            *best.expect("a rim has labels")
+        })
+        .collect()
 }
 
 /// Labels by cheapest paths from the rim.

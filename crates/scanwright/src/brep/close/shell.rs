@@ -15,7 +15,12 @@ pub(super) struct Shell {
     pub assumed: Vec<bool>,
     pub primitives: Vec<Primitive>,
     pub spacing: f64,
+    /// Regions that turned out to be one: the one that stays, the one that went.
+    pub merged: Vec<(u32, u32)>,
 }
+
+/// Invented islands smaller than this, in squared spacings, are no faces: two by two spacings.
+const ISLAND: f64 = 4.0;
 
 /// One open loop. The hole lies on its left, seen from outside.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +58,7 @@ impl Shell {
         let mut primitives = segmentation.primitives.clone();
         let labels = flooded(mesh, segmentation, &mut primitives);
         let assumed = vec![false; mesh.triangles.len()];
-        let mut shell = Self { mesh: mesh.clone(), labels, assumed, primitives, spacing };
+        let mut shell = Self { mesh: mesh.clone(), labels, assumed, primitives, spacing, merged: Vec::new() };
         shell.pull_teeth();
         shell
     }
@@ -185,7 +190,51 @@ impl Shell {
         // rim[i] is the head of edge i. Reversed, the edge from rim[i] to rim[i - 1] is edge i.
         rim.reverse();
         labels.reverse();
+        drop_short_arcs(&mut labels);
         Some(Hole { rim, labels })
+    }
+}
+
+/// Arcs of a rim no longer than this many edges are noise of the labels, unless a label has no others and several of
+/// them: they take the label before them.
+const SHORT_ARC: usize = 2;
+/// Loops with fewer edges than this have short arcs for a reason.
+const MIN_CLEANED: usize = 12;
+
+fn drop_short_arcs(labels: &mut [u32]) {
+    let n = labels.len();
+    let Some(start) = (0..n).find(|&i| labels[i] != labels[(i + n - 1) % n]).filter(|_| n >= MIN_CLEANED)
+    else {
+        return;
+    };
+    let arc = |labels: &[u32], at: usize| {
+        (at..n).take_while(|&i| labels[(start + i) % n] == labels[(start + at) % n]).count()
+    };
+    // Labels that are long enough somewhere, or often enough, to be there at all.
+    let mut total: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut longest: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut at = 0;
+    while at < n {
+        let (label, length) = (labels[(start + at) % n], arc(labels, at));
+        *total.entry(label).or_default() += length;
+        let best = longest.entry(label).or_default();
+        *best = length.max(*best);
+        at += length;
+    }
+    let is_noise = |label: u32, length: usize| {
+        length <= SHORT_ARC && (longest[&label] > SHORT_ARC || total[&label] <= SHORT_ARC)
+    };
+    let (mut at, mut before) = (0, labels[(start + n - 1) % n]);
+    while at < n {
+        let (label, length) = (labels[(start + at) % n], arc(labels, at));
+        if is_noise(label, length) {
+            for i in at..at + length {
+                labels[(start + i) % n] = before;
+            }
+        } else {
+            before = label;
+        }
+        at += length;
     }
 }
 
@@ -229,11 +278,85 @@ fn flooded(mesh: &Mesh, segmentation: &Segmentation, primitives: &mut Vec<Primit
 impl Shell {
     /// Gives all triangles of region `b` to region `a`.
     pub fn merge_regions(&mut self, a: u32, b: u32) {
+        self.merged.push((a, b));
         for label in &mut self.labels {
             if *label == b {
                 *label = a;
             }
         }
+    }
+
+    /// Components of equal label: that of each triangle, and how many there are.
+    fn components(&self, adjacency: &Adjacency) -> (Vec<usize>, usize) {
+        let mut component = vec![usize::MAX; self.labels.len()];
+        let mut n_components = 0;
+        for start in 0..component.len() {
+            if component[start] != usize::MAX {
+                continue;
+            }
+            component[start] = n_components;
+            let mut stack = vec![start];
+            while let Some(t) = stack.pop() {
+                for u in adjacency.across[t].into_iter().flatten().map(|u| u as usize) {
+                    if component[u] == usize::MAX && self.labels[u] == self.labels[t] {
+                        component[u] = n_components;
+                        stack.push(u);
+                    }
+                }
+            }
+            n_components += 1;
+        }
+        (component, n_components)
+    }
+
+    /// Gives invented islands of a few triangles to the neighbour they border on most.
+    pub fn absorb_islands(&mut self) {
+        let adjacency = Adjacency::new(&self.mesh);
+        let (component, n) = self.components(&adjacency);
+        let mut areas = vec![0.0; n];
+        let mut is_invented = vec![true; n];
+        let mut borders: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); n];
+        for t in 0..component.len() {
+            let c = component[t];
+            areas[c] += self.mesh.area(t);
+            is_invented[c] &= self.assumed[t];
+            for k in 0..3 {
+                let Some(u) = adjacency.across[t][k].filter(|&u| component[u as usize] != c) else {
+                    continue;
+                };
+                let ends = [0, 1].map(|e| self.point(self.mesh.triangles[t][(k + e) % 3]));
+                *borders[c].entry(self.labels[u as usize]).or_default() += (ends[1] - ends[0]).norm();
+            }
+        }
+        let limit = ISLAND * self.spacing * self.spacing;
+        for t in 0..component.len() {
+            let c = component[t];
+            let widest = borders[c].iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
+            if let Some((&label, _)) = widest.filter(|_| is_invented[c] && areas[c] < limit) {
+                self.labels[t] = label;
+            }
+        }
+    }
+
+    /// Gives every connected part of region `label` but the first a region of its own; returns these.
+    pub fn part_region(&mut self, label: u32) -> Vec<u32> {
+        let adjacency = Adjacency::new(&self.mesh);
+        let (component, n) = self.components(&adjacency);
+        let mut names: Vec<Option<u32>> = vec![None; n];
+        let mut made = Vec::new();
+        let mut is_first = true;
+        for t in (0..component.len()).filter(|&t| self.labels[t] == label).collect::<Vec<_>>() {
+            let name = *names[component[t]].get_or_insert_with(|| {
+                if std::mem::replace(&mut is_first, false) {
+                    return label;
+                }
+                self.primitives.push(self.primitives[label as usize].clone());
+                made.push(self.primitives.len() as u32 - 1);
+                self.primitives.len() as u32 - 1
+            });
+            self.labels[t] = name;
+        }
+        made
     }
 
     /// Where a filling joins two vertices of the rim that the scan joins too, the edge has more than two triangles:

@@ -27,11 +27,9 @@ pub(super) fn join_at_planes(shell: &mut Shell, holes: &mut Vec<Hole>) {
                 continue;
             }
             let label = holes[j].distinct_labels().into_iter().find(|&l| ends_on(shell, &mouth, l));
-            if let Some(label) = label {
-                if join(shell, &holes[i], &holes[j], &mouth, label) {
-                    holes[i].rim.clear();
-                    holes[j].rim.clear();
-                }
+            if label.is_some_and(|label| join(shell, &holes[i], &holes[j], &mouth, label)) {
+                holes[i].rim.clear();
+                holes[j].rim.clear();
             }
         }
     }
