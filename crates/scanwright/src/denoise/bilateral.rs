@@ -15,7 +15,7 @@ use super::neighborhood::{Neighborhood, repeat};
 /// Options of the method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bilateral {
-    /// Standard deviation of the range weight in standard deviations of the normals.
+    /// Standard deviation of the range weight in standard deviations of the normals. Default 1.5.
     pub range_sigmas: f64,
     /// Standard deviation of the spatial weight in mean distances of neighbouring centroids. Default 1.
     pub reach: f64,
@@ -25,7 +25,7 @@ pub struct Bilateral {
 
 impl Default for Bilateral {
     fn default() -> Self {
-        Self { range_sigmas: 1.0, reach: 1.0, max_rounds: 20 }
+        Self { range_sigmas: 1.5, reach: 1.0, max_rounds: 20 }
     }
 }
 

@@ -23,7 +23,7 @@ use super::neighborhood::Neighborhood;
 /// Options of the method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guided {
-    /// Standard deviation of the range weight in standard deviations of the normals.
+    /// Standard deviation of the range weight in standard deviations of the normals. Default 1.
     pub range_sigmas: f64,
     /// Standard deviation of the spatial weight in mean distances of neighbouring centroids. Default 2.
     pub reach: f64,
