@@ -4,6 +4,7 @@ mod architecture;
 mod brep;
 mod close;
 mod condition;
+mod conditioning;
 mod denoise;
 mod picture;
 mod readers;

@@ -1,8 +1,10 @@
 //! The scan: an indexed triangle mesh, its adjacency and its boundary.
 
 mod adjacency;
+mod boundary;
 
 pub use adjacency::{Adjacency, Csr};
+pub use boundary::boundary_loops;
 
 use crate::math::{Point3, Vec3};
 

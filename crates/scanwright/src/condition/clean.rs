@@ -1,0 +1,209 @@
+//! Conditioning: from any triangles to an oriented manifold with boundary.
+//!
+//! Vertices that are one point are merged; triangles without area and repeated ones dropped; edges of three or more
+//! triangles and vertices of several fans split; every component oriented; specks dropped. Holes stay: they say what
+//! the scanner did not see. Positions are those of the input, and every triangle knows which input triangle it was.
+//!
+//! Cost O(n) but for the sort that finds repeated triangles.
+
+use super::components::{components, specks};
+use super::half_edges::{HalfEdges, NONE, next};
+use super::orient::orient;
+use super::split::{join, split_vertices};
+use super::weld::{median_edge, weld};
+use crate::mesh::{Mesh, TriId, VertId};
+
+/// Height of a triangle, in roundings of its coordinates, below which it has no direction.
+const FLAT_ROUNDINGS: f64 = 8.0;
+
+/// A mesh that the other stages can rely on: every edge belongs to one or two triangles of consistent orientation,
+/// every vertex to one fan, every triangle has an area. It may still be open and in several pieces, and may cross
+/// itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Conditioned {
+    /// The triangles kept, in the input's order.
+    pub mesh: Mesh,
+    /// Per triangle of `mesh`, its index in the input.
+    pub source_triangle: Vec<TriId>,
+    /// What was done.
+    pub report: ConditionReport,
+}
+
+/// What conditioning found and did.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct ConditionReport {
+    /// Triangles given.
+    pub n_input_triangles: usize,
+    /// Vertices given.
+    pub n_input_vertices: usize,
+    /// Distance within which vertices were merged, length.
+    pub weld_distance: f64,
+    /// Vertices merged into another.
+    pub n_welded_vertices: usize,
+    /// Triangles dropped because two of their corners are one or all lie on a line.
+    pub n_zero_area_triangles: usize,
+    /// Triangles dropped because another has the same corners, in either sense.
+    pub n_repeated_triangles: usize,
+    /// Edges of three or more triangles, now split.
+    pub n_split_edges: usize,
+    /// Vertices added to give each fan its own.
+    pub n_split_vertices: usize,
+    /// Edges cut because the surface has only one side.
+    pub n_one_sided_edges: usize,
+    /// Triangles turned over.
+    pub n_flipped_triangles: usize,
+    /// Small pieces dropped.
+    pub n_specks: usize,
+    /// Triangles of the pieces dropped.
+    pub n_speck_triangles: usize,
+    /// Pieces kept.
+    pub n_components: usize,
+    /// Boundary edges of what was kept.
+    pub n_boundary_edges: usize,
+    /// Boundary loops of what was kept; an open sheet has one.
+    pub n_boundary_loops: usize,
+}
+
+/// Conditions `mesh`. Idempotent, but for edges of three or more triangles that the first pass had to turn over.
+pub fn condition(mesh: &Mesh) -> Conditioned {
+    let mut report = ConditionReport {
+        n_input_triangles: mesh.triangles.len(),
+        n_input_vertices: mesh.vertices.len(),
+        ..ConditionReport::default()
+    };
+    let (mut welded, mut source_triangle) = weld_and_drop(mesh, &mut report);
+    let (mut half_edges, n_crowded) = join(&welded);
+    report.n_split_edges = n_crowded;
+
+    let orientation = orient(&welded, &mut half_edges);
+    report.n_one_sided_edges = orientation.n_cut_edges;
+    for (triangle, _) in welded.triangles.iter_mut().zip(&orientation.flip).filter(|(_, flip)| **flip) {
+        triangle.swap(1, 2);
+    }
+    half_edges.renumber_flipped(&orientation.flip);
+
+    let recheck = n_crowded > 0 || orientation.n_cut_edges > 0;
+    report.n_split_vertices = split_vertices(&mut welded, &mut half_edges, recheck);
+
+    let (component, n_components) = components(&half_edges);
+    let speck = specks(&welded, &component, n_components, median_edge(&welded).unwrap_or(0.0));
+    let kept = |t: usize| !speck[component[t] as usize];
+    report.n_specks = speck.iter().filter(|s| **s).count();
+    report.n_components = n_components - report.n_specks;
+    report.n_speck_triangles = (0..component.len()).filter(|&t| !kept(t)).count();
+    report.n_flipped_triangles = (0..component.len()).filter(|&t| kept(t) && orientation.flip[t]).count();
+    (report.n_boundary_edges, report.n_boundary_loops) = count_boundary(&half_edges, kept);
+
+    let mesh = compact(&welded, kept);
+    let mut t = 0;
+    source_triangle.retain(|_| {
+        t += 1;
+        kept(t - 1)
+    });
+    Conditioned { mesh, source_triangle, report }
+}
+
+/// Merges vertices, then drops triangles without area and repeated ones. Also returns the triangles' input indices.
+fn weld_and_drop(mesh: &Mesh, report: &mut ConditionReport) -> (Mesh, Vec<TriId>) {
+    let welding = weld(mesh);
+    report.weld_distance = welding.tolerance;
+    let is_merged = |(v, r): (usize, &VertId)| v as VertId != *r;
+    report.n_welded_vertices = welding.representative.iter().enumerate().filter(|x| is_merged(*x)).count();
+    let rounding = FLAT_ROUNDINGS * f64::EPSILON * mesh.largest_coordinate();
+
+    let mut welded =
+        Mesh { vertices: mesh.vertices.clone(), triangles: Vec::with_capacity(mesh.triangles.len()) };
+    let mut source = Vec::with_capacity(mesh.triangles.len());
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|v| welding.representative[v as usize]);
+        if a == b || b == c || c == a {
+            continue;
+        }
+        welded.triangles.push([a, b, c]);
+        source.push(t as TriId);
+        if is_flat(&welded, rounding) {
+            welded.triangles.pop();
+            source.pop();
+        }
+    }
+    report.n_zero_area_triangles = mesh.triangles.len() - source.len();
+
+    let repeated = repeated(&welded.triangles);
+    report.n_repeated_triangles = repeated.iter().filter(|r| **r).count();
+    if report.n_repeated_triangles > 0 {
+        let mut repeats = repeated.iter();
+        welded.triangles.retain(|_| !repeats.next().expect("one per triangle"));
+        let mut repeats = repeated.iter();
+        source.retain(|_| !repeats.next().expect("one per triangle"));
+    }
+    (welded, source)
+}
+
+/// Whether the last triangle's height is lost in the rounding of its coordinates.
+fn is_flat(mesh: &Mesh, rounding: f64) -> bool {
+    let t = mesh.triangles.len() - 1;
+    let [a, b, c] = mesh.corners(t);
+    let longest_sq = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+    // Twice the area is the longest edge times the height above it.
+    mesh.cross(t).norm_squared() <= rounding * rounding * longest_sq
+}
+
+/// Per triangle, whether an earlier one has the same three vertices.
+fn repeated(triangles: &[[VertId; 3]]) -> Vec<bool> {
+    let mut keys: Vec<([VertId; 3], TriId)> = triangles
+        .iter()
+        .enumerate()
+        .map(|(t, triangle)| {
+            let mut key = *triangle;
+            key.sort_unstable();
+            (key, t as TriId)
+        })
+        .collect();
+    keys.sort_unstable();
+    let mut repeated = vec![false; triangles.len()];
+    for pair in keys.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        repeated[pair[1].1 as usize] = true;
+    }
+    repeated
+}
+
+/// Boundary edges and loops of the kept triangles; these are consistently oriented.
+fn count_boundary(half_edges: &HalfEdges, kept: impl Fn(usize) -> bool) -> (usize, usize) {
+    let mut visited = vec![false; half_edges.twin.len()];
+    let (mut n_edges, mut n_loops) = (0, 0);
+    for start in 0..half_edges.twin.len() as u32 {
+        if half_edges.twin[start as usize] != NONE || visited[start as usize] || !kept(start as usize / 3) {
+            continue;
+        }
+        n_loops += 1;
+        let mut h = start;
+        while !visited[h as usize] {
+            visited[h as usize] = true;
+            n_edges += 1;
+            h = next(h);
+            while half_edges.twin[h as usize] != NONE {
+                h = next(half_edges.twin[h as usize]);
+            }
+        }
+    }
+    (n_edges, n_loops)
+}
+
+/// The kept triangles without unused vertices; the order of both stays.
+fn compact(mesh: &Mesh, kept: impl Fn(usize) -> bool) -> Mesh {
+    let n_triangles = mesh.triangles.len();
+    let mut new_of_old = vec![VertId::MAX; mesh.vertices.len()];
+    for t in (0..n_triangles).filter(|&t| kept(t)) {
+        for v in mesh.triangles[t] {
+            new_of_old[v as usize] = 0;
+        }
+    }
+    let mut vertices = Vec::new();
+    for (new, vertex) in new_of_old.iter_mut().zip(&mesh.vertices).filter(|(new, _)| **new == 0) {
+        *new = vertices.len() as VertId;
+        vertices.push(*vertex);
+    }
+    let rename = |t: usize| mesh.triangles[t].map(|v| new_of_old[v as usize]);
+    let triangles = (0..n_triangles).filter(|&t| kept(t)).map(rename).collect();
+    Mesh { vertices, triangles }
+}
