@@ -49,6 +49,11 @@ const TABLE_SIGMAS: f64 = 3.0;
 const CLEARANCE: f64 = 1.5;
 /// Rings of the skirt around what is at the table's height.
 const SKIRT_RINGS: usize = 3;
+/// Largest mean height of a piece of table, as a share of the height that noise may reach: correlated noise moves
+/// whole pieces by one deviation, a third of it.
+const MAX_MEAN_SHARE: f64 = 0.5;
+/// Height, in units of what noise may reach, that a piece of the part must exceed somewhere.
+const ISLAND_NOISES: f64 = 2.0;
 /// Cosine of the tilt up to which the skirt goes with the table: halfway to a vertical wall.
 const SKIRT_COSINE: f64 = 0.707;
 /// Height of the middle of the skirt in deviations of the spot: blur draws a square concave corner in by
@@ -221,16 +226,65 @@ fn table_triangles(
     } else {
         UNKNOWN_SPOT * tolerances.spacing()
     };
-    let skirt_height = SKIRT_SPOTS * spot + noise;
     let faces_up = |v: usize| plane.normal.dot(&normals[v]) > SKIRT_COSINE;
+    // A step of the part just above the table has the skirt's height but not its tilt: the profile of a blurred
+    // square corner rises nearly in proportion to the tangent of its tilt.
+    let skirt_height = |v: usize| {
+        let cosine = plane.normal.dot(&normals[v]).clamp(SKIRT_COSINE, 1.0);
+        noise + SKIRT_SPOTS * spot * (1.0 - cosine * cosine).sqrt() / cosine
+    };
     let mut low: Vec<bool> = heights.iter().enumerate().map(|(v, h)| *h < noise && faces_up(v)).collect();
     for _ in 0..SKIRT_RINGS {
         low = par::map_indices(low.len(), |v| {
             let touches = || adjacency.vertex_vertices.row(v).iter().any(|&w| low[w as usize]);
-            low[v] || (heights[v] < skirt_height && faces_up(v) && touches())
+            low[v] || (heights[v] < skirt_height(v) && faces_up(v) && touches())
         });
     }
-    mesh.triangles.iter().map(|t| t.iter().all(|&v| low[v as usize])).collect()
+    let on_table: Vec<bool> = mesh.triangles.iter().map(|t| t.iter().all(|&v| low[v as usize])).collect();
+    without_islands(mesh, adjacency, &heights, noise, on_table)
+}
+
+/// Gives crumbs of noise back: pieces of table whose mean is off the table belong to a step of the part, and pieces
+/// of part that rise nowhere above the noise are table.
+fn without_islands(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    heights: &[f64],
+    noise: f64,
+    mut on_table: Vec<bool>,
+) -> Vec<bool> {
+    let mut visited = vec![false; on_table.len()];
+    for start in 0..on_table.len() {
+        if visited[start] {
+            continue;
+        }
+        let kind = on_table[start];
+        visited[start] = true;
+        let mut island = vec![start];
+        let (mut next, mut sum, mut highest) = (0, 0.0, f64::MIN);
+        while next < island.len() {
+            let t = island[next];
+            next += 1;
+            let corners = mesh.triangles[t].map(|v| heights[v as usize]);
+            sum += corners.iter().sum::<f64>() / 3.0;
+            highest = corners.iter().fold(highest, |m, h| m.max(*h));
+            for u in adjacency.across[t].into_iter().flatten().map(|u| u as usize) {
+                if !visited[u] && on_table[u] == kind {
+                    visited[u] = true;
+                    island.push(u);
+                }
+            }
+        }
+        let wrong = if kind {
+            sum / island.len() as f64 > MAX_MEAN_SHARE * noise
+        } else {
+            highest < ISLAND_NOISES * noise
+        };
+        if wrong {
+            island.into_iter().for_each(|t| on_table[t] = !kind);
+        }
+    }
+    on_table
 }
 
 /// Projected boundary loops that the cut leaves near the table.

@@ -1,6 +1,25 @@
 //! Filtered normals and positions for decisions of topology; parameters are fitted to the raw points.
+//!
+//! Two steps, as all methods here share: the triangle normals are filtered, then the vertices are moved to agree with
+//! them. Every method takes its strength from the measured noise, so there is nothing to tune per scan, and a mesh
+//! without noise comes back as it was. Rounds are Jacobi: each reads only the result of the last, so the result does
+//! not depend on the number of threads.
+
+mod bilateral;
+mod guided;
+mod neighborhood;
+mod sun2007;
+mod vertices;
+
+pub use bilateral::Bilateral;
+pub use guided::Guided;
+pub use sun2007::Sun2007;
 
 use crate::math::{Point3, Vec3};
+use crate::mesh::{Adjacency, Mesh};
+use crate::tolerance::Tolerances;
+
+use neighborhood::Neighborhood;
 
 /// A filtered copy of a mesh's geometry.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,4 +28,77 @@ pub struct Denoised {
     pub triangle_normals: Vec<Vec3>,
     /// One position per vertex.
     pub vertices: Vec<Point3>,
+}
+
+/// How normals are filtered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DenoiseMethod {
+    /// Thresholded mean of the neighbours' normals.
+    Sun2007(Sun2007),
+    /// Mean weighted by distance and by difference of the normals.
+    Bilateral(Bilateral),
+    /// The same, with the difference taken from a smoother guidance.
+    Guided(Guided),
+}
+
+impl Default for DenoiseMethod {
+    /// Whichever measured best; see `docs/denoising.md`.
+    fn default() -> Self {
+        Self::Guided(Guided::default())
+    }
+}
+
+impl DenoiseMethod {
+    /// Every method with its default options.
+    pub fn all_defaults() -> [Self; 3] {
+        [
+            Self::Sun2007(Sun2007::default()),
+            Self::Bilateral(Bilateral::default()),
+            Self::Guided(Guided::default()),
+        ]
+    }
+
+    /// Name for people and tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sun2007(_) => "sun2007",
+            Self::Bilateral(_) => "bilateral",
+            Self::Guided(_) => "guided",
+        }
+    }
+}
+
+/// Filters normals and positions of `mesh`. Without measured noise both come back unchanged.
+pub fn denoise(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    tolerances: &Tolerances,
+    method: &DenoiseMethod,
+) -> Denoised {
+    let raw = mesh.triangle_normals();
+    let noise = tolerances.normal_noise();
+    if !(noise > 0.0) {
+        return Denoised { triangle_normals: raw, vertices: mesh.vertices.clone() };
+    }
+    let neighborhood = Neighborhood::new(mesh, adjacency);
+    let triangle_normals = match method {
+        DenoiseMethod::Sun2007(options) => sun2007::run(&neighborhood, raw, noise, options),
+        DenoiseMethod::Bilateral(options) => bilateral::run(&neighborhood, raw, noise, options),
+        DenoiseMethod::Guided(options) => guided::run(&neighborhood, adjacency, raw, noise, options),
+    };
+    let vertices = vertices::follow_normals(mesh, adjacency, &triangle_normals, tolerances.noise());
+    Denoised { triangle_normals, vertices }
+}
+
+/// Area-weighted unit vertex normals made of the filtered triangle normals; zero where no triangle gives one.
+pub fn vertex_normals(mesh: &Mesh, denoised: &Denoised) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); mesh.vertices.len()];
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        // Areas of the raw mesh: the filtered one has the same triangles, and slivers stay slivers.
+        let share = denoised.triangle_normals[t] * mesh.area(t);
+        for &v in triangle {
+            normals[v as usize] += share;
+        }
+    }
+    normals.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect()
 }
