@@ -1,11 +1,12 @@
 //! Conditioning: from any triangles to an oriented manifold with boundary.
 //!
-//! Vertices that are one point are merged; triangles without area and repeated ones dropped; edges of three or more
+//! Vertices that are one point are merged; triangles without area dissolved and repeated ones dropped; edges of three or more
 //! triangles and vertices of several fans split; every component oriented; specks dropped. Holes stay: they say what
 //! the scanner did not see. Positions are those of the input, and every triangle knows which input triangle it was.
 //!
 //! Cost O(n) but for the sort that finds repeated triangles.
 
+use super::caps::swap_caps;
 use super::components::{components, specks};
 use super::half_edges::{HalfEdges, NONE, next};
 use super::orient::orient;
@@ -40,8 +41,11 @@ pub struct ConditionReport {
     pub weld_distance: f64,
     /// Vertices merged into another.
     pub n_welded_vertices: usize,
-    /// Triangles dropped because two of their corners are one or all lie on a line.
+    /// Triangles dropped because two of their corners are one, or all lie on a line and nothing is open without them.
     pub n_zero_area_triangles: usize,
+    /// Triangles whose corners lay on a line and which took half of the neighbour across their longest side, lest
+    /// dropping them opened the surface.
+    pub n_swapped_caps: usize,
     /// Triangles dropped because another has the same corners, in either sense.
     pub n_repeated_triangles: usize,
     /// Edges of three or more triangles, now split.
@@ -62,6 +66,18 @@ pub struct ConditionReport {
     pub n_boundary_edges: usize,
     /// Boundary loops of what was kept; an open sheet has one.
     pub n_boundary_loops: usize,
+}
+
+impl Conditioned {
+    /// One value per input triangle from one per conditioned triangle: `missing` for those that were dropped.
+    pub fn to_input<T: Clone>(&self, values: &[T], missing: T) -> Vec<T> {
+        assert_eq!(values.len(), self.source_triangle.len(), "one value per triangle");
+        let mut per_input = vec![missing; self.report.n_input_triangles];
+        for (value, &source) in values.iter().zip(&self.source_triangle) {
+            per_input[source as usize] = value.clone();
+        }
+        per_input
+    }
 }
 
 /// Conditions `mesh`. Idempotent, but for edges of three or more triangles that the first pass had to turn over.
@@ -109,39 +125,41 @@ fn weld_and_drop(mesh: &Mesh, report: &mut ConditionReport) -> (Mesh, Vec<TriId>
     report.weld_distance = welding.tolerance;
     let is_merged = |(v, r): (usize, &VertId)| v as VertId != *r;
     report.n_welded_vertices = welding.representative.iter().enumerate().filter(|x| is_merged(*x)).count();
+    let renamed = mesh.triangles.iter().map(|t| t.map(|v| welding.representative[v as usize])).collect();
+    let mut welded = Mesh { vertices: mesh.vertices.clone(), triangles: renamed };
+    let mut source: Vec<TriId> = (0..mesh.triangles.len() as TriId).collect();
+
+    let needles = welded.triangles.iter().map(|[a, b, c]| a == b || b == c || c == a).collect();
+    report.n_zero_area_triangles = drop_marked(&mut welded, &mut source, needles);
+    let repeats = repeated(&welded.triangles);
+    report.n_repeated_triangles = drop_marked(&mut welded, &mut source, repeats);
+
     let rounding = FLAT_ROUNDINGS * f64::EPSILON * mesh.largest_coordinate();
-
-    let mut welded =
-        Mesh { vertices: mesh.vertices.clone(), triangles: Vec::with_capacity(mesh.triangles.len()) };
-    let mut source = Vec::with_capacity(mesh.triangles.len());
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|v| welding.representative[v as usize]);
-        if a == b || b == c || c == a {
-            continue;
-        }
-        welded.triangles.push([a, b, c]);
-        source.push(t as TriId);
-        if is_flat(&welded, rounding) {
-            welded.triangles.pop();
-            source.pop();
-        }
-    }
-    report.n_zero_area_triangles = mesh.triangles.len() - source.len();
-
-    let repeated = repeated(&welded.triangles);
-    report.n_repeated_triangles = repeated.iter().filter(|r| **r).count();
-    if report.n_repeated_triangles > 0 {
-        let mut repeats = repeated.iter();
-        welded.triangles.retain(|_| !repeats.next().expect("one per triangle"));
-        let mut repeats = repeated.iter();
-        source.retain(|_| !repeats.next().expect("one per triangle"));
+    let is_flat = |mesh: &Mesh, t: usize| is_flat(mesh, t, rounding);
+    report.n_swapped_caps = swap_caps(&mut welded, is_flat);
+    let caps = (0..welded.triangles.len()).map(|t| is_flat(&welded, t)).collect();
+    report.n_zero_area_triangles += drop_marked(&mut welded, &mut source, caps);
+    if report.n_swapped_caps > 0 {
+        let repeats = repeated(&welded.triangles);
+        report.n_repeated_triangles += drop_marked(&mut welded, &mut source, repeats);
     }
     (welded, source)
 }
 
-/// Whether the last triangle's height is lost in the rounding of its coordinates.
-fn is_flat(mesh: &Mesh, rounding: f64) -> bool {
-    let t = mesh.triangles.len() - 1;
+/// Drops the triangles marked, one mark per triangle, and their sources; returns how many.
+fn drop_marked(mesh: &mut Mesh, source: &mut Vec<TriId>, marked: Vec<bool>) -> usize {
+    let n_marked = marked.iter().filter(|m| **m).count();
+    if n_marked > 0 {
+        let mut marks = marked.iter();
+        mesh.triangles.retain(|_| !marks.next().expect("one per triangle"));
+        let mut marks = marked.iter();
+        source.retain(|_| !marks.next().expect("one per triangle"));
+    }
+    n_marked
+}
+
+/// Whether a triangle's height is lost in the rounding of its coordinates.
+fn is_flat(mesh: &Mesh, t: usize, rounding: f64) -> bool {
     let [a, b, c] = mesh.corners(t);
     let longest_sq = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
     // Twice the area is the longest edge times the height above it.

@@ -1,5 +1,6 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
+mod caps;
 mod clean;
 mod components;
 mod half_edges;
