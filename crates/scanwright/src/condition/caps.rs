@@ -24,8 +24,9 @@ use crate::mesh::{Mesh, VertId};
 /// Caps side by side that can be dissolved; each round takes one layer.
 const N_ROUNDS: usize = 4;
 
-/// Gives every cap of `mesh` half of the neighbour across its longest side. `is_flat` tells caps. Returns how many.
-pub(super) fn swap_caps(mesh: &mut Mesh, is_flat: impl Fn(&Mesh, usize) -> bool) -> usize {
+/// Gives every cap of `mesh` half of the neighbour across its longest side. `is_flat` tells caps. Returns how many were
+/// swapped and which triangles are still flat.
+pub(super) fn swap_caps(mesh: &mut Mesh, is_flat: impl Fn(&Mesh, usize) -> bool) -> (usize, Vec<usize>) {
     let mut caps: Vec<usize> = (0..mesh.triangles.len()).filter(|&t| is_flat(mesh, t)).collect();
     let mut n_swapped = 0;
     for _ in 0..N_ROUNDS {
@@ -47,7 +48,7 @@ pub(super) fn swap_caps(mesh: &mut Mesh, is_flat: impl Fn(&Mesh, usize) -> bool)
             break;
         }
     }
-    n_swapped
+    (n_swapped, caps)
 }
 
 /// Caps with the one triangle across their longest side.

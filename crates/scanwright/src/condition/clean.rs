@@ -12,7 +12,7 @@ use super::half_edges::{HalfEdges, NONE, next};
 use super::orient::orient;
 use super::split::{join, split_vertices};
 use super::weld::{median_edge, weld};
-use crate::mesh::{Mesh, TriId, VertId};
+use crate::mesh::{Csr, Mesh, TriId, VertId};
 
 /// Height of a triangle, in roundings of its coordinates, below which it has no direction.
 const FLAT_ROUNDINGS: f64 = 8.0;
@@ -101,7 +101,10 @@ pub fn condition(mesh: &Mesh) -> Conditioned {
     let recheck = n_crowded > 0 || orientation.n_cut_edges > 0;
     report.n_split_vertices = split_vertices(&mut welded, &mut half_edges, recheck);
 
-    let (component, n_components) = components(&half_edges);
+    let (component, n_components) = match recheck {
+        true => components(&half_edges),
+        false => (orientation.component, orientation.n_components),
+    };
     let speck = specks(&welded, &component, n_components, median_edge(&welded).unwrap_or(0.0));
     let kept = |t: usize| !speck[component[t] as usize];
     report.n_specks = speck.iter().filter(|s| **s).count();
@@ -129,33 +132,40 @@ fn weld_and_drop(mesh: &Mesh, report: &mut ConditionReport) -> (Mesh, Vec<TriId>
     let mut welded = Mesh { vertices: mesh.vertices.clone(), triangles: renamed };
     let mut source: Vec<TriId> = (0..mesh.triangles.len() as TriId).collect();
 
-    let needles = welded.triangles.iter().map(|[a, b, c]| a == b || b == c || c == a).collect();
-    report.n_zero_area_triangles = drop_marked(&mut welded, &mut source, needles);
-    let repeats = repeated(&welded.triangles);
-    report.n_repeated_triangles = drop_marked(&mut welded, &mut source, repeats);
+    let is_needle = |[a, b, c]: &[VertId; 3]| a == b || b == c || c == a;
+    let needles: Vec<usize> =
+        (0..welded.triangles.len()).filter(|&t| is_needle(&welded.triangles[t])).collect();
+    let repeats = repeated(&welded);
+    // A needle may repeat another; it is dropped once and counted as a needle.
+    report.n_zero_area_triangles = needles.len();
+    let n_dropped = drop_triangles(&mut welded, &mut source, &[needles, repeats].concat());
+    report.n_repeated_triangles = n_dropped - report.n_zero_area_triangles;
 
     let rounding = FLAT_ROUNDINGS * f64::EPSILON * mesh.largest_coordinate();
-    let is_flat = |mesh: &Mesh, t: usize| is_flat(mesh, t, rounding);
-    report.n_swapped_caps = swap_caps(&mut welded, is_flat);
-    let caps = (0..welded.triangles.len()).map(|t| is_flat(&welded, t)).collect();
-    report.n_zero_area_triangles += drop_marked(&mut welded, &mut source, caps);
-    if report.n_swapped_caps > 0 {
-        let repeats = repeated(&welded.triangles);
-        report.n_repeated_triangles += drop_marked(&mut welded, &mut source, repeats);
+    let (n_swapped, caps) = swap_caps(&mut welded, |mesh, t| is_flat(mesh, t, rounding));
+    report.n_swapped_caps = n_swapped;
+    report.n_zero_area_triangles += drop_triangles(&mut welded, &mut source, &caps);
+    if n_swapped > 0 {
+        let repeats = repeated(&welded);
+        report.n_repeated_triangles += drop_triangles(&mut welded, &mut source, &repeats);
     }
     (welded, source)
 }
 
-/// Drops the triangles marked, one mark per triangle, and their sources; returns how many.
-fn drop_marked(mesh: &mut Mesh, source: &mut Vec<TriId>, marked: Vec<bool>) -> usize {
-    let n_marked = marked.iter().filter(|m| **m).count();
-    if n_marked > 0 {
-        let mut marks = marked.iter();
-        mesh.triangles.retain(|_| !marks.next().expect("one per triangle"));
-        let mut marks = marked.iter();
-        source.retain(|_| !marks.next().expect("one per triangle"));
+/// Drops triangles with their sources; returns how many.
+fn drop_triangles(mesh: &mut Mesh, source: &mut Vec<TriId>, dropped: &[usize]) -> usize {
+    if dropped.is_empty() {
+        return 0;
     }
-    n_marked
+    let mut kept = vec![true; mesh.triangles.len()];
+    for &t in dropped {
+        kept[t] = false;
+    }
+    let mut keep = kept.iter();
+    mesh.triangles.retain(|_| *keep.next().expect("one per triangle"));
+    let mut keep = kept.iter();
+    source.retain(|_| *keep.next().expect("one per triangle"));
+    kept.iter().filter(|kept| !**kept).count()
 }
 
 /// Whether a triangle's height is lost in the rounding of its coordinates.
@@ -166,21 +176,22 @@ fn is_flat(mesh: &Mesh, t: usize, rounding: f64) -> bool {
     mesh.cross(t).norm_squared() <= rounding * rounding * longest_sq
 }
 
-/// Per triangle, whether an earlier one has the same three vertices.
-fn repeated(triangles: &[[VertId; 3]]) -> Vec<bool> {
-    let mut keys: Vec<([VertId; 3], TriId)> = triangles
-        .iter()
-        .enumerate()
-        .map(|(t, triangle)| {
-            let mut key = *triangle;
-            key.sort_unstable();
-            (key, t as TriId)
-        })
-        .collect();
-    keys.sort_unstable();
-    let mut repeated = vec![false; triangles.len()];
-    for pair in keys.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        repeated[pair[1].1 as usize] = true;
+/// The triangles with the same three vertices as an earlier one.
+fn repeated(mesh: &Mesh) -> Vec<usize> {
+    let sorted = |t: u32| {
+        let mut corners = mesh.triangles[t as usize];
+        corners.sort_unstable();
+        corners
+    };
+    let n_triangles = mesh.triangles.len() as u32;
+    let by_lowest = Csr::from_pairs(mesh.vertices.len(), (0..n_triangles).map(|t| (sorted(t)[0], t)));
+    let mut repeated = Vec::new();
+    let mut row = Vec::new();
+    for v in 0..by_lowest.len() {
+        row.clear();
+        row.extend(by_lowest.row(v).iter().map(|&t| (sorted(t), t)));
+        row.sort_unstable();
+        repeated.extend(row.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1 as usize));
     }
     repeated
 }
