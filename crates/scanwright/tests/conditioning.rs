@@ -1,6 +1,7 @@
 //! Conditioning: damage is undone, nothing else is changed, and any triangles at all come out as oriented manifolds.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use scanwright::condition::{Conditioned, condition};
 use scanwright::math::{Point3, Vec3};
 use scanwright::mesh::{Adjacency, Mesh, VertId, boundary_loops};
@@ -272,7 +273,7 @@ fn dense_clouds_of_vertices_take_linear_time() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn any_triangles_become_an_oriented_manifold(

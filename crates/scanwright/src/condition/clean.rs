@@ -101,10 +101,8 @@ pub fn condition(mesh: &Mesh) -> Conditioned {
     let recheck = n_crowded > 0 || orientation.n_cut_edges > 0;
     report.n_split_vertices = split_vertices(&mut welded, &mut half_edges, recheck);
 
-    let (component, n_components) = match recheck {
-        true => components(&half_edges),
-        false => (orientation.component, orientation.n_components),
-    };
+    let (component, n_components) =
+        if recheck { components(&half_edges) } else { (orientation.component, orientation.n_components) };
     let speck = specks(&welded, &component, n_components, median_edge(&welded).unwrap_or(0.0));
     let kept = |t: usize| !speck[component[t] as usize];
     report.n_specks = speck.iter().filter(|s| **s).count();
