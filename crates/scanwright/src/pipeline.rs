@@ -1,1 +1,198 @@
 //! The whole path, from a mesh to a solid.
+//!
+//! [`run`] calls the stages in order and returns everything they found as plain data. It reads no file, no clock and
+//! no environment; [`Progress`] is how a caller watches it, measures it or stops it. What the scan does not support
+//! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, and a caller
+//! that said stop.
+
+mod stages;
+mod warning;
+
+pub use warning::{Code, Fallback, Warning};
+
+use crate::condition::{self, ConditionReport, Support};
+use crate::deviation::{self, Deviation};
+use crate::math::UnitVec3;
+use crate::mesh::{Mesh, TriId};
+use crate::progress::{Cancelled, Progress, Stage};
+use crate::segment::{RegionId, Segmentation};
+use crate::tolerance::{Measured, Tolerances};
+
+/// What the caller may choose. Everything else is measured from the scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Seed of all random choices.
+    pub seed: u64,
+    /// Largest gap of the solid, length; measured when `None`.
+    pub gap: Option<f64>,
+    /// Narrowest face worth a surface of its own, length; measured when `None`.
+    pub min_face: Option<f64>,
+    /// Whether a supporting table is looked for.
+    pub support: SupportSearch,
+    /// Direction away from the supporting table, if known.
+    pub up: Option<UnitVec3>,
+}
+
+impl Options {
+    /// The seed used when none is given.
+    pub const DEFAULT_SEED: u64 = 1;
+}
+
+impl Default for Options {
+    /// Seed 1; the rest measured; the table looked for.
+    fn default() -> Self {
+        Self { seed: Self::DEFAULT_SEED, gap: None, min_face: None, support: SupportSearch::Auto, up: None }
+    }
+}
+
+/// Whether a supporting table is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SupportSearch {
+    /// Looked for, and taken away when there is one.
+    #[default]
+    Auto,
+    /// Everything in the scan is part.
+    None,
+}
+
+/// Why a run has no result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The mesh has no triangle with an area.
+    #[error("the scan has no triangles with an area: {n_triangles} triangles, {n_vertices} vertices")]
+    Empty {
+        /// Triangles in the scan.
+        n_triangles: usize,
+        /// Vertices in the scan.
+        n_vertices: usize,
+    },
+    /// The progress callback said stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Everything that was found in one scan.
+#[derive(Debug, Clone)]
+pub struct Reconstruction {
+    /// The conditioned scan: welded, manifold, oriented. The supporting table is still in it.
+    pub mesh: Mesh,
+    /// One per triangle of `mesh`: the triangle of the scan it came from.
+    pub source_triangle: Vec<TriId>,
+    /// What conditioning found and did.
+    pub conditioned: ConditionReport,
+    /// What the scanner did.
+    pub measured: Measured,
+    /// Thresholds of the run.
+    pub tolerances: Tolerances,
+    /// The supporting table, if there was one.
+    pub support: Option<Support>,
+    /// Regions of `mesh` and their primitives, after regularization.
+    pub segmentation: Segmentation,
+    /// The solids.
+    pub model: Model,
+    /// Signed distances of the part's vertices to the model; `None` without a model.
+    pub deviation: Option<Deviation>,
+    /// What was assumed, replaced or not found, in the order of the stages.
+    pub warnings: Vec<Warning>,
+}
+
+impl Reconstruction {
+    /// The region of every triangle of the scan as it was given; `None` where there is none. `n_triangles` is the
+    /// scan's count: triangles that conditioning dropped have no region.
+    pub fn labels_of_scan(&self, n_triangles: usize) -> Vec<Option<RegionId>> {
+        let mut labels = vec![None; n_triangles];
+        for (label, &source) in self.segmentation.labels.iter().zip(&self.source_triangle) {
+            labels[source as usize] = *label;
+        }
+        labels
+    }
+
+    /// The fallbacks that were needed, each kind once, ascending.
+    pub fn fallbacks(&self) -> Vec<Fallback> {
+        let mut kinds: Vec<Fallback> = self.warnings.iter().filter_map(|w| w.code.fallback()).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
+}
+
+/// The solids of a run and what is known about them.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// One per solid.
+    pub solids: Vec<SolidFacts>,
+    /// Triangles of all solids, for pictures and distances; not what STEP holds.
+    pub mesh: Mesh,
+    /// One per triangle of `mesh`: the region whose surface the face lies on.
+    pub regions: Vec<RegionId>,
+    /// One per triangle of `mesh`: whether its face was invented to close the solid.
+    pub assumed: Vec<bool>,
+}
+
+/// Counts and measures of one solid.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct SolidFacts {
+    /// Whether every edge is used twice in opposite senses.
+    pub closed: bool,
+    /// Number of faces.
+    pub n_faces: usize,
+    /// Number of edges.
+    pub n_edges: usize,
+    /// Number of vertices.
+    pub n_vertices: usize,
+    /// Faces invented where the scan saw nothing.
+    pub n_assumed: usize,
+    /// Faces written as facets.
+    pub n_facets: usize,
+    /// Volume, cubed length.
+    pub volume: f64,
+    /// Largest gap between a vertex or edge and its surfaces, length.
+    pub largest_gap: f64,
+    /// What `brep::check` found, one sentence each; empty when the solid is valid.
+    pub problems: Vec<String>,
+}
+
+/// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.
+pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Reconstruction, Error> {
+    progress.report(Stage::Condition, 0.0)?;
+    let conditioned = condition::condition(mesh);
+    if conditioned.mesh.triangles.is_empty() {
+        return Err(Error::Empty { n_triangles: mesh.triangles.len(), n_vertices: mesh.vertices.len() });
+    }
+    let scan = stages::measure(conditioned, options);
+    progress.report(Stage::Condition, 1.0)?;
+
+    let support = stages::find_support(&scan, options);
+    progress.report(Stage::Support, 1.0)?;
+
+    let part = stages::part(&scan, support.as_ref());
+    let normals = stages::denoise(&part, &scan.tolerances);
+    progress.report(Stage::Denoise, 1.0)?;
+
+    let segmentation = stages::segment(&part, &normals, &scan.tolerances, options);
+    progress.report(Stage::Segment, 1.0)?;
+
+    let segmentation = stages::regularize(&part, segmentation);
+    progress.report(Stage::Regularize, 1.0)?;
+
+    let (model, mut warnings) = stages::build(&part, &segmentation, support.as_ref());
+    let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
+    progress.report(Stage::Build, 1.0)?;
+
+    let segmentation = stages::on_scan(&scan, &part, &segmentation);
+    warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
+    let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
+    Ok(Reconstruction {
+        mesh,
+        source_triangle,
+        conditioned: report,
+        measured,
+        tolerances,
+        support,
+        segmentation,
+        model,
+        deviation,
+        warnings,
+    })
+}

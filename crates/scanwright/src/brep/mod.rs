@@ -1,5 +1,7 @@
 //! From a labelled mesh to a closed solid.
 
+pub mod close;
+
 use crate::mesh::Mesh;
 use crate::recognize::Primitive;
 use crate::segment::RegionId;

@@ -1,14 +1,21 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
+mod boundary;
 mod caps;
 mod clean;
 mod components;
+mod edge_rounding;
 mod half_edges;
+mod noise;
 mod orient;
+mod patch;
 mod split;
+mod support;
 mod weld;
 
 pub use clean::{ConditionReport, Conditioned, condition};
+pub use noise::measure;
+pub use support::find_support;
 
 use crate::math::Point3;
 use crate::surface::Plane;

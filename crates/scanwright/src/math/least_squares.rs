@@ -24,9 +24,21 @@ impl<const N: usize> Normal<N> {
     }
 
     /// Adds one residual with its Jacobian row, weight and share of the cost.
+    ///
+    /// Fits spend most of their time here: plain loops over whole columns become vector instructions.
+    #[inline]
     pub fn add(&mut self, residual: f64, row: &SVector<f64, N>, weight: f64, cost: f64) {
-        self.gradient += row * (weight * residual);
-        self.hessian += row * row.transpose() * weight;
+        let row: &[f64; N] = row.as_slice().try_into().expect("a row has N entries");
+        let columns = self.hessian.as_mut_slice().as_chunks_mut::<N>().0;
+        for (column, entry) in columns.iter_mut().zip(row) {
+            let scaled = entry * weight;
+            for (sum, other) in column.iter_mut().zip(row) {
+                *sum += scaled * other;
+            }
+        }
+        for (sum, entry) in self.gradient.iter_mut().zip(row) {
+            *sum += weight * residual * entry;
+        }
         self.cost += cost;
     }
 }

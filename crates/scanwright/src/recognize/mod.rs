@@ -1,5 +1,11 @@
 //! What a region is: a surface type with its evidence.
 
+mod choose;
+mod lack_of_fit;
+
+pub use choose::{choose, fit_kind, Choice, Limits, COST_CAP};
+pub use lack_of_fit::lack_of_fit;
+
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};
 

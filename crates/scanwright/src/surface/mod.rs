@@ -5,6 +5,7 @@
 
 mod cone;
 mod cylinder;
+mod jet;
 mod plane;
 pub mod samples;
 mod sphere;
@@ -12,6 +13,7 @@ mod torus;
 
 pub use cone::Cone;
 pub use cylinder::Cylinder;
+pub use jet::Jet;
 pub use plane::Plane;
 pub use sphere::Sphere;
 pub use torus::Torus;

@@ -1,0 +1,248 @@
+//! The command line as the user types it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// From a raw 3D scan to a closed CAD solid.
+#[derive(Debug, Parser)]
+#[command(version, about, long_about = LONG_ABOUT, after_long_help = EXIT_CODES, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Turn a scan into a STEP solid.
+    #[command(long_about = CONVERT_ABOUT, after_long_help = CONVERT_EXAMPLES)]
+    Convert(Box<ConvertArgs>),
+    /// Say what a scan is: counts, holes, noise, likely units and why.
+    #[command(after_long_help = INFO_EXAMPLES)]
+    Info(InfoArgs),
+    /// Draw a scan, or the regions that `convert --segments` wrote.
+    #[command(after_long_help = RENDER_EXAMPLES)]
+    Render(RenderArgs),
+}
+
+/// Flags of `convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The scan: STL, PLY, OBJ, OFF or 3MF with triangles
+    pub scan: PathBuf,
+    /// The STEP file to write
+    #[arg(short, long, value_name = "PART.step")]
+    pub output: PathBuf,
+    /// Also write everything that was found, as JSON
+    #[arg(long, value_name = "PART.json")]
+    pub json: Option<PathBuf>,
+    /// Also write the scan with the number of its primitive on every triangle
+    #[arg(long, value_name = "SEGMENTS.ply")]
+    pub segments: Option<PathBuf>,
+    /// Also draw the scan beside the part, from two sides
+    #[arg(long, value_name = "PART.png")]
+    pub picture: Option<PathBuf>,
+    /// The unit of the scan's coordinates; without it the file's own, else millimetres
+    #[arg(long, value_enum)]
+    pub units: Option<Unit>,
+    /// Whether to look for a table under the part and take it away
+    #[arg(long, value_enum, default_value_t = SupportFlag::Auto)]
+    pub support: SupportFlag,
+    /// Direction away from the table, if you know it: X,Y,Z
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub up: Option<[f64; 3]>,
+    /// Narrowest face worth a surface of its own, in the scan's unit [default: what the scan can show]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub min_face: Option<f64>,
+    /// Largest gap the solid may have, in the scan's unit [default: far below what the scan can show]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub tolerance: Option<f64>,
+    /// Fallbacks that count as success: a list of open, freeform, facets
+    #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
+    pub allow: Vec<FallbackFlag>,
+    /// Write nothing rather than fall back on an open shell, a freeform face or facets
+    #[arg(long)]
+    pub strict: bool,
+    /// Flavour of STEP
+    #[arg(long, value_enum, default_value_t = SchemaFlag::Ap242)]
+    pub schema: SchemaFlag,
+    /// Seed of all random choices
+    #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
+    pub seed: u64,
+    /// Threads to work with [default: all processors]; the result is the same
+    #[arg(long, value_parser = parse_count)]
+    pub threads: Option<usize>,
+    /// Write how long each stage took, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub timings: Option<PathBuf>,
+    /// Overwrite outputs that exist
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Flags of `info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The scan: STL, PLY, OBJ, OFF or 3MF
+    pub scan: PathBuf,
+}
+
+/// Flags of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A scan, or a PLY file with regions from `convert --segments`
+    pub scan: PathBuf,
+    /// The picture to write
+    #[arg(short, long, value_name = "X.png")]
+    pub output: PathBuf,
+    /// What colors mean; types are read from PART.json beside the PLY file [default: region if there are regions]
+    #[arg(long, value_enum)]
+    pub color: Option<ColorFlag>,
+    /// Direction that is up in the picture: X,Y,Z
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub up: Option<[f64; 3]>,
+    /// Overwrite the picture if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Unit {
+    /// Millimetre.
+    Mm,
+    /// Centimetre.
+    Cm,
+    /// Metre.
+    M,
+    /// Inch.
+    In,
+}
+
+impl Unit {
+    /// Abbreviation.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Cm => "cm",
+            Self::M => "m",
+            Self::In => "in",
+        }
+    }
+
+    /// Length of the unit in millimetres.
+    pub fn millimetres(self) -> f64 {
+        match self {
+            Self::Mm => 1.0,
+            Self::Cm => 10.0,
+            Self::M => 1000.0,
+            Self::In => 25.4,
+        }
+    }
+}
+
+/// `--support`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SupportFlag {
+    /// Take the table away if there is one
+    Auto,
+    /// Everything is part
+    None,
+}
+
+/// `--allow`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FallbackFlag {
+    /// A shell that is not closed
+    Open,
+    /// A face without an analytic surface
+    Freeform,
+    /// A face made of flat triangles
+    Facets,
+}
+
+/// `--schema`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SchemaFlag {
+    /// ISO 10303-242
+    Ap242,
+    /// ISO 10303-214, for older programs
+    Ap214,
+}
+
+/// `--color`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ColorFlag {
+    /// One color per type of surface
+    Type,
+    /// One color per region
+    Region,
+}
+
+fn parse_direction(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let numbers = numbers.map_err(|_| "three numbers separated by commas are needed, such as 0,0,1")?;
+    let direction: [f64; 3] = numbers.try_into().map_err(|_| "exactly three numbers are needed")?;
+    let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length.is_finite() && length > 0.0 { Ok(direction) } else { Err("a direction has a length".to_owned()) }
+}
+
+fn parse_length(text: &str) -> Result<f64, String> {
+    let length: f64 = text.parse().map_err(|_| "a number is needed")?;
+    if length.is_finite() && length > 0.0 { Ok(length) } else { Err("a length is positive".to_owned()) }
+}
+
+fn parse_count(text: &str) -> Result<usize, String> {
+    let count: usize = text.parse().map_err(|_| "a whole number is needed")?;
+    if count > 0 { Ok(count) } else { Err("at least one is needed".to_owned()) }
+}
+
+const LONG_ABOUT: &str = "\
+From a raw 3D scan to a closed CAD solid.
+
+A scan is a triangle mesh as a scanner delivers it: noisy, with holes, perhaps with the table under the part. \
+scanwright finds the planes, cylinders, cones, spheres and tori it is made of, and writes the part as a STEP file \
+that any CAD program opens. Nothing has to be set: noise and resolution are measured from the scan.";
+
+const CONVERT_ABOUT: &str = "\
+Turn a scan into a STEP solid.
+
+What the scan does not show is never made up silently: faces that were assumed (under the part, behind holes), and \
+faces that are not analytic, are listed in the summary, in the JSON and by name in the STEP file. All outputs appear \
+together at the end; a run that fails or is stopped leaves nothing behind.";
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  scanwright convert bracket.stl -o bracket.step
+      The part in STEP, lengths taken as millimetres.
+  scanwright convert bracket.ply -o bracket.step --json bracket.json --picture bracket.png
+      Also every surface with its uncertainty, and a picture to check by eye.
+  scanwright convert valve.obj -o valve.step --units in --up 0,0,1
+      A scan in inches that stood upright on a table.
+  scanwright convert casting.ply -o casting.step --allow freeform
+      Faces that are not analytic are fine: exit 0 although there are some.
+
+Exit codes:
+  0  done                                   4  written, but only partly analytic or open
+  2  the command line makes no sense        5  an output cannot be written, or exists (see --force)
+  3  the scan cannot be read                7  a bug: please report it
+                                          130  stopped by Ctrl-C, nothing written";
+
+const INFO_EXAMPLES: &str = "\
+Example:
+  scanwright info bracket.stl";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  scanwright render bracket.stl -o bracket.png
+      The scan in grey, from two sides.
+  scanwright render segments.ply -o regions.png --color region
+      One color per region that `convert --segments segments.ply` found.";
+
+const EXIT_CODES: &str = "\
+`scanwright convert --help` has examples and the exit codes.";

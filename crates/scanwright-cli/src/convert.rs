@@ -1,0 +1,144 @@
+//! `scanwright convert`.
+
+use std::path::Path;
+
+use scanwright::io::{self, ScanFile};
+use scanwright::math::{UnitVec3, Vec3};
+use scanwright::par;
+use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, SupportSearch, Warning};
+use scanwright::progress::{Progress, Stage};
+use scanwright::report::{self, Context, Report};
+
+use crate::args::{ConvertArgs, FallbackFlag, SupportFlag};
+use crate::console::{self, Console};
+use crate::exit::{Code, Failure};
+use crate::scan::{self, UnitSource, Units};
+use crate::{outputs, picture, summary};
+
+/// Turns a scan into a STEP solid.
+pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
+    outputs::check(&args.scan, &output_paths(args), args.force)?;
+    console::handle_interrupts();
+    let console = Console::new(args.quiet);
+    let outcome = par::with_threads(args.threads, || convert(args, &console));
+    console.finish();
+    outcome
+}
+
+fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
+    let file = scan::read(&args.scan)?;
+    let units = scan::units(args.units, file.units);
+    let options = options(args);
+    let result = reconstruct(args, &file, &options, units, console)?;
+    if args.strict && !result.fallbacks().is_empty() {
+        return Err(Failure::Strict(names(&result.fallbacks())));
+    }
+    console.note(Stage::Write, 0.0);
+    let mut files = results(args, &file, &options, units, &result);
+    console.note(Stage::Write, 0.5);
+    let timings = console.timings();
+    if let Some(path) = &args.timings {
+        files.push((path, summary::timings_json(&timings, args.threads)));
+    }
+    outputs::write(&files)?;
+    console.note(Stage::Write, 1.0);
+    console.finish();
+    if !args.quiet {
+        let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
+        print!("{}", summary::of_run(&args.scan, &file, units, &result, &written));
+        console.log(&summary::timings_line(&console.timings()));
+    }
+    let refused = result.fallbacks().into_iter().any(|fallback| !args.allow.contains(&flag_of(fallback)));
+    Ok(if refused { Code::Partly } else { Code::Done })
+}
+
+fn reconstruct(
+    args: &ConvertArgs,
+    file: &ScanFile,
+    options: &Options,
+    units: Units,
+    console: &Console,
+) -> Result<Reconstruction, Failure> {
+    let progress = Progress::new(|stage, fraction| console.note(stage, fraction));
+    let mut result = pipeline::run(&file.mesh, options, &progress).map_err(|error| match error {
+        pipeline::Error::Cancelled(_) => Failure::Cancelled,
+        // The remaining errors say that there is nothing to work on.
+        other => Failure::input(&args.scan, other),
+    })?;
+    if units.source == UnitSource::Assumed {
+        let text = "lengths were taken as millimetres; --units says otherwise";
+        result.warnings.insert(0, Warning::new(WarningCode::UnitsAssumed, text));
+    }
+    Ok(result)
+}
+
+/// Every file asked for, with its bytes.
+fn results<'a>(
+    args: &'a ConvertArgs,
+    file: &ScanFile,
+    options: &Options,
+    units: Units,
+    result: &Reconstruction,
+) -> Vec<(&'a Path, Vec<u8>)> {
+    let n_triangles = file.mesh.triangles.len();
+    let mut files = vec![(args.output.as_path(), step_text(args, units, result).into_bytes())];
+    if let Some(path) = &args.json {
+        let context = Context {
+            version: env!("CARGO_PKG_VERSION"),
+            units: report::Units {
+                name: units.name.to_owned(),
+                millimetres: units.millimetres,
+                source: units.source.name().to_owned(),
+            },
+            options,
+            n_triangles,
+            n_vertices: file.mesh.vertices.len(),
+        };
+        files.push((path, Report::new(result, &context).to_json().into_bytes()));
+    }
+    if let Some(path) = &args.segments {
+        let ids = report::segment_ids(result, n_triangles);
+        files.push((path, io::write_ply(&file.mesh, Some(("primitive", &ids)), None)));
+    }
+    if let Some(path) = &args.picture {
+        files.push((path, picture::of_reconstruction(result).to_png()));
+    }
+    files
+}
+
+fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> String {
+    // TODO(integrator): step::write(&result.model.solids, &StepOptions { schema, unit, name, .. }).
+    let _ = (args.schema, units, result);
+    String::new()
+}
+
+fn options(args: &ConvertArgs) -> Options {
+    Options {
+        seed: args.seed,
+        gap: args.tolerance,
+        min_face: args.min_face,
+        support: match args.support {
+            SupportFlag::Auto => SupportSearch::Auto,
+            SupportFlag::None => SupportSearch::None,
+        },
+        up: args.up.map(|[x, y, z]| UnitVec3::new_normalize(Vec3::new(x, y, z))),
+    }
+}
+
+fn output_paths(args: &ConvertArgs) -> Vec<&Path> {
+    let optional = [&args.json, &args.segments, &args.picture, &args.timings];
+    let optional = optional.into_iter().flatten().map(std::path::PathBuf::as_path);
+    std::iter::once(args.output.as_path()).chain(optional).collect()
+}
+
+fn flag_of(fallback: Fallback) -> FallbackFlag {
+    match fallback {
+        Fallback::Open => FallbackFlag::Open,
+        Fallback::Freeform => FallbackFlag::Freeform,
+        Fallback::Facets => FallbackFlag::Facets,
+    }
+}
+
+fn names(fallbacks: &[Fallback]) -> String {
+    fallbacks.iter().map(|f| f.name()).collect::<Vec<_>>().join(", ")
+}

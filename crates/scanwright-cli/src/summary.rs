@@ -1,0 +1,209 @@
+//! The answer a person reads: one line per fact, each begun by a word to look for.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use scanwright::io::ScanFile;
+use scanwright::pipeline::{Code, Reconstruction};
+use scanwright::report;
+use scanwright::surface::SurfaceKind;
+
+use crate::scan::{UnitSource, Units};
+
+/// Warnings of one code that are written out; more are counted.
+const MOST_WARNINGS: usize = 4;
+
+/// What was found, assumed and replaced in a run.
+pub fn of_run(
+    scan: &Path,
+    file: &ScanFile,
+    units: Units,
+    result: &Reconstruction,
+    written: &[&Path],
+) -> String {
+    let mut lines = Lines::default();
+    let unit = units.name;
+    lines.add("read", &read_line(scan, file, result, unit));
+    lines.add("units", &units_line(units));
+    if let Some(support) = &result.support {
+        let n = support.on_table.iter().filter(|on| **on).count();
+        lines.add("support", &format!("a table of {} triangles was taken away", count(n)));
+    }
+    lines.add("regions", &regions_line(result));
+    for text in solid_lines(result, unit) {
+        lines.add("solid", &text);
+    }
+    if let Some(deviation) = &result.deviation {
+        let r = deviation.residual;
+        let within = 100.0 * deviation.share_within(3.0 * result.measured.noise);
+        let text = format!(
+            "rms {}  p95 {}  max {} {unit}   within 3 sigma of the noise: {within:.1} %",
+            short(r.rms),
+            short(r.p95),
+            short(r.max)
+        );
+        lines.add("deviation", &text);
+    }
+    for (word, text) in warning_lines(result) {
+        lines.add(word, &text);
+    }
+    for path in written {
+        lines.add("wrote", &path.display().to_string());
+    }
+    lines.0
+}
+
+/// Seconds of the stages, for people.
+pub fn timings_line((stages, total): &(Vec<(&'static str, f64)>, f64)) -> String {
+    let parts: Vec<String> = stages.iter().map(|(stage, secs)| format!("{stage} {secs:.2}")).collect();
+    format!("{:9}{total:.2} s: {}", "time", parts.join(", "))
+}
+
+/// Seconds of the stages and the number of threads, as JSON.
+pub fn timings_json(
+    (stages, total): &(Vec<(&'static str, f64)>, f64),
+    threads: Option<usize>,
+) -> Vec<u8> {
+    let stages: serde_json::Map<String, serde_json::Value> =
+        stages.iter().map(|(stage, secs)| ((*stage).to_owned(), (*secs).into())).collect();
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let value = serde_json::json!({
+        "seconds": stages,
+        "total_seconds": total,
+        "threads": threads.unwrap_or(available),
+    });
+    format!("{value:#}\n").into_bytes()
+}
+
+/// Digits in groups of three.
+pub fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+/// Three significant digits.
+pub fn short(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    let digits = (2.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{x:.digits$}")
+}
+
+/// Lines that begin with a word.
+#[derive(Default)]
+pub struct Lines(String);
+
+impl Lines {
+    /// The lines so far.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// Adds a line about `word`.
+    pub fn add(&mut self, word: &str, text: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{word:9}{text}");
+    }
+}
+
+fn read_line(scan: &Path, file: &ScanFile, result: &Reconstruction, unit: &str) -> String {
+    format!(
+        "{}  {} triangles, {} vertices, spacing {} {unit}, noise {} {unit}",
+        scan.display(),
+        count(file.mesh.triangles.len()),
+        count(file.mesh.vertices.len()),
+        short(result.measured.spacing),
+        short(result.measured.noise),
+    )
+}
+
+fn units_line(units: Units) -> String {
+    match units.source {
+        UnitSource::Flag => format!("{}, as given", units.name),
+        UnitSource::File => format!("{}, as the file says", units.name),
+        UnitSource::Assumed => format!("{} assumed, the file does not say; --units sets it", units.name),
+    }
+}
+
+fn regions_line(result: &Reconstruction) -> String {
+    let primitives = &result.segmentation.primitives;
+    let mut text = count(primitives.len());
+    let mut separator = ": ";
+    for kind in SurfaceKind::ALL.into_iter().map(Some).chain([None]) {
+        let n = primitives.iter().filter(|p| p.kind() == kind).count();
+        if n > 0 {
+            let _ = write!(text, "{separator}{n} {}", kind.map_or("freeform", SurfaceKind::name));
+            separator = ", ";
+        }
+    }
+    let (part, explained) = report::areas(result);
+    let share = if part > 0.0 { 100.0 * explained / part } else { 0.0 };
+    let _ = write!(text, "   {share:.1} % of the area explained");
+    text
+}
+
+fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
+    if result.model.solids.is_empty() {
+        return vec!["none".to_owned()];
+    }
+    let line = |solid: &scanwright::pipeline::SolidFacts| {
+        let state = match (solid.closed, solid.problems.is_empty()) {
+            (true, true) => "closed",
+            (true, false) => "closed, but not valid",
+            (false, _) => "open",
+        };
+        let mut text = format!("{state}, {} faces {} edges", solid.n_faces, solid.n_edges);
+        if solid.n_assumed > 0 {
+            let _ = write!(text, ", {} assumed", solid.n_assumed);
+        }
+        if solid.n_facets > 0 {
+            let _ = write!(text, ", {} as facets", solid.n_facets);
+        }
+        if solid.closed {
+            let _ = write!(text, ", volume {} {unit}3", short(solid.volume));
+        }
+        let _ = write!(text, ", largest gap {} {unit}", short(solid.largest_gap));
+        text
+    };
+    result.model.solids.iter().map(line).collect()
+}
+
+/// Warnings that no other line has said, grouped by code.
+fn warning_lines(result: &Reconstruction) -> Vec<(&'static str, String)> {
+    let said_elsewhere = |code| matches!(code, Code::UnitsAssumed | Code::SupportRemoved | Code::NoSolid);
+    let mut codes: Vec<Code> = result.warnings.iter().map(|w| w.code).filter(|c| !said_elsewhere(*c)).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    let mut lines = Vec::new();
+    for code in codes {
+        let of_code: Vec<_> = result.warnings.iter().filter(|w| w.code == code).collect();
+        for warning in of_code.iter().take(MOST_WARNINGS) {
+            let place = warning.region.map_or(String::new(), |r| format!("primitive {}: ", r.0));
+            lines.push((word(code), format!("{place}{} [{}]", warning.text, code.name())));
+        }
+        if of_code.len() > MOST_WARNINGS {
+            let more = of_code.len() - MOST_WARNINGS;
+            lines.push((word(code), format!("and {more} more [{}]", code.name())));
+        }
+    }
+    lines
+}
+
+/// How a line about `code` begins.
+fn word(code: Code) -> &'static str {
+    match code {
+        Code::AmbiguousType => "weak",
+        Code::AssumedFace => "assumed",
+        Code::Freeform | Code::Facets => "fallback",
+        Code::Open | Code::Invalid => "problem",
+        _ => "note",
+    }
+}

@@ -1,0 +1,366 @@
+//! The command as a user meets it: exit codes, refusals, and files that appear together or not at all.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+
+#[test]
+fn help_teaches_with_examples_and_exit_codes() {
+    let top = text(&run(&["--help"]).stdout);
+    for verb in ["convert", "info", "render"] {
+        assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
+    }
+    let convert = text(&run(&["convert", "--help"]).stdout);
+    for needed in ["Examples:", "Exit codes:", "--units", "--allow", "130"] {
+        assert!(convert.contains(needed), "`convert --help` lacks {needed}:\n{convert}");
+    }
+}
+
+#[test]
+fn senseless_command_lines_exit_2() {
+    let dir = Folder::new();
+    let scan = dir.scan("box.ply");
+    let scan = scan.to_str().unwrap();
+    for args in [
+        vec![],
+        vec!["convert"],
+        vec!["convert", scan],
+        vec!["convert", scan, "-o", "x.step", "--units", "parsec"],
+        vec!["convert", scan, "-o", "x.step", "--up", "0,0,0"],
+        vec!["convert", scan, "-o", "x.step", "--tolerance", "-1"],
+        vec!["convert", scan, "-o", "x.step", "--threads", "0"],
+        vec!["convert", scan, "-o", "x.step", "--strict", "--allow", "open"],
+        vec!["convert", scan, "-o", scan, "--force"],
+        vec!["convert", scan, "-o", "same.step", "--json", "./same.step"],
+    ] {
+        check_exit(&dir.run(&args), 2, &args);
+    }
+    assert_eq!(dir.names(), ["box.ply"]);
+}
+
+#[test]
+fn unreadable_scans_exit_3_with_one_line_and_no_files() {
+    let dir = Folder::new();
+    let points_only = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                       end_header\n0 0 0\n";
+    let not_a_number = box_ply(1).replacen("end_header\n", "end_header\nnan 0 0\n", 1);
+    let flat = "OFF\n3 1 0\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n";
+    let truncated: String = box_ply(1).chars().take(900).collect();
+    let files = [
+        ("empty.stl", ""),
+        ("points.ply", points_only),
+        ("nan.ply", &not_a_number),
+        ("flat.off", flat),
+        ("truncated.ply", &truncated),
+        ("noise.ply", "no scan at all"),
+    ];
+    for (name, content) in files {
+        fs::write(dir.path(name), content).unwrap();
+    }
+    let before = dir.names();
+    for name in before.iter().map(String::as_str).chain(["missing.stl"]) {
+        let args = ["convert", name, "-o", "part.step", "--json", "out/part.json"];
+        let output = dir.run(&args);
+        check_exit(&output, 3, &args);
+        let message = text(&output.stderr);
+        assert_eq!(message.lines().count(), 1, "{name}: {message}");
+        assert!(message.contains(name), "{name}: {message}");
+        check_exit(&dir.run(&["info", name]), 3, &["info", name]);
+        check_exit(&dir.run(&["render", name, "-o", "x.png"]), if name == "flat.off" { 0 } else { 3 }, &[name]);
+        let _ = fs::remove_file(dir.path("x.png"));
+    }
+    assert_eq!(dir.names(), before);
+}
+
+#[test]
+fn outputs_that_exist_are_refused_before_any_work() {
+    let dir = Folder::new();
+    // The scan cannot be read; that this is not the complaint shows that it was not looked at.
+    fs::write(dir.path("bad.stl"), "").unwrap();
+    fs::write(dir.path("part.json"), "precious").unwrap();
+    fs::create_dir(dir.path("folder.step")).unwrap();
+    let args = ["convert", "bad.stl", "-o", "part.step", "--json", "part.json"];
+    check_exit(&dir.run(&args), 5, &args);
+    let args = ["convert", "bad.stl", "-o", "folder.step", "--force"];
+    check_exit(&dir.run(&args), 5, &args);
+    let args = ["convert", "bad.stl", "-o", "part.json/part.step"];
+    check_exit(&dir.run(&args), 5, &args);
+    assert_eq!(fs::read_to_string(dir.path("part.json")).unwrap(), "precious");
+    assert_eq!(dir.names(), ["bad.stl", "folder.step", "part.json"]);
+}
+
+#[test]
+fn outputs_appear_together_and_force_overwrites() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    fs::write(dir.path("part.json"), "old").unwrap();
+    let output = dir.run(&[
+        "convert", "box.ply", "-o", "out/deep/part.step", "--json", "part.json", "--segments", "segments.ply",
+        "--timings", "timings.json", "--force",
+    ]);
+    check_finished(&output);
+    assert_eq!(dir.names(), ["box.ply", "out", "part.json", "segments.ply", "timings.json"]);
+    assert!(dir.path("out/deep/part.step").is_file());
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("part.json")).unwrap()).unwrap();
+    assert_eq!(json["schema"], "scanwright/result/1");
+    assert_eq!(json["units"]["source"], "assumed");
+    assert!(text(&output.stdout).contains("mm assumed"), "{}", text(&output.stdout));
+    let timings: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("timings.json")).unwrap()).unwrap();
+    assert!(timings["total_seconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn a_box_has_six_planes_and_every_triangle_one_of_them() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let output = dir.run(&[
+        "convert", "box.ply", "-o", "part.step", "--json", "part.json", "--segments", "s.ply", "--support", "none",
+    ]);
+    check_finished(&output);
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("part.json")).unwrap()).unwrap();
+    let primitives = json["primitives"].as_array().unwrap();
+    let types: Vec<_> = primitives.iter().map(|p| p["type"].as_str().unwrap()).collect();
+    assert_eq!(types, ["plane"; 6]);
+    let in_json: u64 = primitives.iter().map(|p| p["triangles"].as_u64().unwrap()).sum();
+    assert_eq!(in_json, json["scan"]["triangles"].as_u64().unwrap());
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let output = dir.run(&["convert", "box.ply", "-o", "part.step", "--quiet"]);
+    check_finished(&output);
+    assert_eq!((text(&output.stdout).as_str(), text(&output.stderr).as_str()), ("", ""));
+}
+
+#[test]
+fn results_are_the_same_bytes_from_one_and_two_threads_and_two_runs() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let outputs = ["part.step", "part.json", "segments.ply", "part.png"];
+    let convert = |threads: &str| {
+        let output = dir.run(&[
+            "convert", "box.ply", "-o", "part.step", "--json", "part.json", "--segments", "segments.ply",
+            "--picture", "part.png", "--threads", threads, "--force",
+        ]);
+        check_finished(&output);
+        let files = outputs.map(|name| fs::read(dir.path(name)).unwrap());
+        (files, output.stdout)
+    };
+    let first = convert("1");
+    for threads in ["1", "2"] {
+        let (files, summary) = convert(threads);
+        for (i, name) in outputs.iter().enumerate() {
+            assert!(files[i] == first.0[i], "{name} differs with {threads} threads");
+        }
+        assert_eq!(text(&summary), text(&first.1));
+    }
+}
+
+#[test]
+fn strict_writes_nothing_when_something_fell_back() {
+    let dir = Folder::new();
+    // Two thirds of a sheet torn at random: no closed solid has this as its surface.
+    fs::write(dir.path("torn.ply"), torn_sheet_ply()).unwrap();
+    let args = ["convert", "torn.ply", "-o", "part.step", "--strict", "--support", "none"];
+    check_exit(&dir.run(&args), 4, &args);
+    assert_eq!(dir.names(), ["torn.ply"]);
+}
+
+#[test]
+fn pictures_are_png_and_colors_need_regions() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    check_exit(&dir.run(&["render", "box.ply", "-o", "scan.png"]), 0, &["render"]);
+    let bytes = fs::read(dir.path("scan.png")).unwrap();
+    assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
+    let args = ["render", "box.ply", "-o", "regions.png", "--color", "region"];
+    check_exit(&dir.run(&args), 3, &args);
+    check_finished(&dir.run(&["convert", "box.ply", "-o", "p.step", "--segments", "p.ply", "--json", "p.json"]));
+    for color in ["type", "region"] {
+        let args = ["render", "p.ply", "-o", "regions.png", "--color", color, "--force"];
+        check_exit(&dir.run(&args), 0, &args);
+    }
+    assert!(fs::read(dir.path("regions.png")).unwrap() != bytes);
+}
+
+#[test]
+fn info_counts_and_guesses_the_unit() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let output = dir.run(&["info", "box.ply"]);
+    check_exit(&output, 0, &["info"]);
+    let said = text(&output.stdout);
+    for needed in ["PLY", "the mesh is closed", "noise", "likely mm"] {
+        assert!(said.contains(needed), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_nothing_behind() {
+    let dir = Folder::new();
+    fs::write(dir.path("box.ply"), box_ply(8)).unwrap();
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("scanwright"))
+        .args(["convert", "box.ply", "-o", "out/part.step", "--picture", "part.png"])
+        .current_dir(&dir.0)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Long enough for the handler to be there, far too short for the run to end.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let pid = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(dir.names(), ["box.ply"]);
+}
+
+/// A folder that goes away with its test.
+struct Folder(PathBuf, #[expect(dead_code, reason = "removes the folder when dropped")] tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        Self(dir.path().to_owned(), dir)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Writes the scan of a box.
+    fn scan(&self, name: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, box_ply(1)).unwrap();
+        path
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        command(&self.0).args(args).output().unwrap()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn command(dir: &Path) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("scanwright"));
+    command.current_dir(dir);
+    command
+}
+
+fn run(args: &[&str]) -> Output {
+    command(Path::new(".")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn check_exit(output: &Output, expected: i32, args: &[&str]) {
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(expected), "{args:?}: {said}");
+}
+
+/// Whether a run came to its end, with or without fallbacks.
+fn check_finished(output: &Output) {
+    assert!(matches!(output.status.code(), Some(0 | 4)), "{:?}: {}", output.status, text(&output.stderr));
+}
+
+/// A noisy closed box of 24 x 18 x 12, `fineness` vertices per unit.
+fn box_ply(fineness: usize) -> String {
+    let size = [24 * fineness, 18 * fineness, 12 * fineness];
+    let mut index = std::collections::BTreeMap::new();
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for side in [0, size[axis]] {
+            for i in 0..size[u] {
+                for j in 0..size[v] {
+                    let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(di, dj)| {
+                        let mut p = [0; 3];
+                        (p[axis], p[u], p[v]) = (side, i + di, j + dj);
+                        *index.entry(p).or_insert_with(|| {
+                            vertices.push(p);
+                            vertices.len() - 1
+                        })
+                    });
+                    let [a, b, c, d] = corners;
+                    // Counter-clockwise seen from outside.
+                    let quad = if side == 0 { [a, d, c, b] } else { [a, b, c, d] };
+                    triangles.push([quad[0], quad[1], quad[2]]);
+                    triangles.push([quad[0], quad[2], quad[3]]);
+                }
+            }
+        }
+    }
+    let mut noise = Noise(1);
+    let points = vertices.iter().map(|p| p.map(|c| c as f64 / fineness as f64 + 0.02 * noise.next()));
+    ply(&points.collect::<Vec<_>>(), &triangles)
+}
+
+/// A bent sheet with a ragged border.
+fn torn_sheet_ply() -> String {
+    const N: usize = 40;
+    let mut noise = Noise(2);
+    let mut points = Vec::new();
+    for i in 0..N {
+        for j in 0..N {
+            let (x, y) = (i as f64, j as f64);
+            points.push([x, y, 3.0 * (0.2 * x).sin() * (0.17 * y).cos() + 0.02 * noise.next()]);
+        }
+    }
+    let mut triangles = Vec::new();
+    for i in 0..N - 1 {
+        for j in 0..N - 1 {
+            let [a, b, c, d] = [i * N + j, (i + 1) * N + j, (i + 1) * N + j + 1, i * N + j + 1];
+            let torn = (i == 0 || j == 0) && noise.next() > 0.0;
+            if !torn {
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    ply(&points, &triangles)
+}
+
+fn ply(points: &[[f64; 3]], triangles: &[[usize; 3]]) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        points.len(),
+        triangles.len()
+    );
+    for [x, y, z] in points {
+        writeln!(text, "{x} {y} {z}").unwrap();
+    }
+    for [a, b, c] in triangles {
+        writeln!(text, "3 {a} {b} {c}").unwrap();
+    }
+    text
+}
+
+/// Roughly normal numbers of deviation one, the same every time.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        // A sum of twelve uniforms has variance one.
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    /// D. Knuth's MMIX generator.
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}

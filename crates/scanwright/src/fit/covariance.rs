@@ -1,0 +1,76 @@
+//! Uncertainty of fitted parameters.
+//!
+//! `Cov = sigma^2 (J^T J)^-1 N / N_eff` over the motions and shapes that the type can show. Motions it cannot show
+//! are left out, so the matrix is regular unless the data themselves leave something unobserved.
+
+use nalgebra::{DMatrix, SVector};
+
+use super::Samples;
+use crate::math::{centroid, Frame, Vec3};
+use crate::surface::Surface;
+
+/// Names of the parameters of a covariance matrix: the surface's motions that show (translations, length; tilts,
+/// radians), then its shape.
+pub fn parameter_names(surface: &Surface) -> &'static [&'static str] {
+    match surface {
+        Surface::Plane(_) => &["offset", "tilt_x", "tilt_y"],
+        Surface::Sphere(_) => &["center_x", "center_y", "center_z", "radius"],
+        Surface::Cylinder(_) => &["offset_x", "offset_y", "tilt_x", "tilt_y", "radius"],
+        Surface::Cone(_) => &["offset_x", "offset_y", "tilt_x", "tilt_y", "radius", "half_angle"],
+        Surface::Torus(_) => {
+            &["offset_x", "offset_y", "offset_z", "tilt_x", "tilt_y", "major_radius", "minor_radius"]
+        }
+    }
+}
+
+/// Covariance of the parameters of `surface` fitted to `samples`, in the order of [`parameter_names`].
+///
+/// Motions are of the surface about the samples' centroid, in the frame whose third direction is the surface's axis
+/// (plane: its normal; sphere: the coordinate axes). `sigma`: standard deviation of one distance, length.
+/// `n_effective`: number of independent samples among them. Empty when the data leave a parameter unobserved.
+pub fn parameter_covariance(surface: &Surface, samples: &Samples, sigma: f64, n_effective: f64) -> Vec<Vec<f64>> {
+    let pivot = centroid(&samples.points);
+    let frame = match surface {
+        Surface::Plane(s) => Frame::from_z(pivot, s.normal),
+        Surface::Sphere(_) => Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() },
+        Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
+    };
+    // Columns: translations x, y, z; turns x, y, z; shapes.
+    let columns: &[usize] = match surface {
+        Surface::Plane(_) => &[2, 3, 4],
+        Surface::Sphere(_) => &[0, 1, 2, 6],
+        Surface::Cylinder(_) => &[0, 1, 3, 4, 6],
+        Surface::Cone(_) => &[0, 1, 3, 4, 6, 7],
+        Surface::Torus(_) => &[0, 1, 2, 3, 4, 6, 7],
+    };
+    let n = columns.len();
+    let mut information = DMatrix::<f64>::zeros(n, n);
+    for point in &samples.points {
+        let jet = surface.jet(point);
+        let turn = (point - pivot).cross(&jet.normal);
+        let full = SVector::<f64, 8>::from([
+            -jet.normal.dot(&frame.x),
+            -jet.normal.dot(&frame.y),
+            -jet.normal.dot(&frame.z),
+            -turn.dot(&frame.x),
+            -turn.dot(&frame.y),
+            -turn.dot(&frame.z),
+            jet.distance_by_shape[0],
+            jet.distance_by_shape[1],
+        ]);
+        for (i, &a) in columns.iter().enumerate() {
+            for (j, &b) in columns.iter().enumerate() {
+                information[(i, j)] += full[a] * full[b];
+            }
+        }
+    }
+    let inflation = samples.points.len() as f64 / n_effective.max(1.0);
+    information
+        .cholesky()
+        .map(|c| c.inverse() * (sigma * sigma * inflation))
+        .filter(|c| c.iter().all(|x| x.is_finite()))
+        .map(|c| (0..n).map(|i| (0..n).map(|j| c[(i, j)]).collect()).collect())
+        .unwrap_or_default()
+}

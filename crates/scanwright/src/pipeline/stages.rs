@@ -1,0 +1,92 @@
+//! One function per stage: what each is given and what it leaves for the next.
+
+use crate::condition::{self, ConditionReport, Conditioned, Support};
+use crate::math::Vec3;
+use crate::mesh::{Adjacency, Mesh, TriId};
+use crate::segment::{self, SegmentOptions, Segmentation};
+use crate::tolerance::{Measured, Tolerances};
+
+use super::{Code, Model, Options, SupportSearch, Warning};
+
+/// The conditioned scan with what was measured from it.
+pub(super) struct Scan {
+    pub mesh: Mesh,
+    pub source_triangle: Vec<TriId>,
+    pub report: ConditionReport,
+    pub adjacency: Adjacency,
+    pub measured: Measured,
+    pub tolerances: Tolerances,
+}
+
+pub(super) fn measure(conditioned: Conditioned, options: &Options) -> Scan {
+    let Conditioned { mesh, source_triangle, report } = conditioned;
+    let adjacency = Adjacency::new(&mesh);
+    let measured = condition::measure(&mesh, &adjacency);
+    let tolerances = Tolerances::new(measured, options.gap);
+    Scan { mesh, source_triangle, report, adjacency, measured, tolerances }
+}
+
+pub(super) fn find_support(scan: &Scan, options: &Options) -> Option<Support> {
+    match options.support {
+        SupportSearch::Auto => {
+            condition::find_support(&scan.mesh, &scan.adjacency, &scan.tolerances, options.up)
+        }
+        SupportSearch::None => None,
+    }
+}
+
+/// What is left of the scan without its table.
+pub(super) struct Part {
+    pub mesh: Mesh,
+    pub adjacency: Adjacency,
+    /// One per triangle of the part: the triangle of the scan it is.
+    pub scan_triangle: Vec<TriId>,
+}
+
+pub(super) fn part(scan: &Scan, support: Option<&Support>) -> Part {
+    let (mesh, scan_triangle, _) = scan.mesh.submesh(|t| support.is_none_or(|s| !s.on_table[t]));
+    Part { adjacency: Adjacency::new(&mesh), mesh, scan_triangle }
+}
+
+/// One filtered unit normal per vertex of the part.
+pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
+    let sigma = (2.0 * tolerances.noise() / tolerances.spacing()).max(0.25);
+    let mut normals = part.mesh.vertex_normals();
+    for _ in 0..4 {
+        normals = crate::par::map_indices(normals.len(), |v| {
+            let n = normals[v];
+            let ring = part.adjacency.vertex_vertices.row(v).iter().map(|&u| normals[u as usize]);
+            let sum: Vec3 = ring.map(|m| m * (-(m - n).norm_squared() / (2.0 * sigma * sigma)).exp()).sum();
+            (n + sum).try_normalize(0.0).unwrap_or(n)
+        });
+    }
+    normals
+}
+
+pub(super) fn segment(part: &Part, normals: &[Vec3], tolerances: &Tolerances, options: &Options) -> Segmentation {
+    let options = SegmentOptions { min_face: options.min_face };
+    segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
+}
+
+/// The segmentation of the part as one of the whole scan: nothing on the table has a label.
+pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> Segmentation {
+    let mut labels = vec![None; scan.mesh.triangles.len()];
+    for (label, &t) in segmentation.labels.iter().zip(&part.scan_triangle) {
+        labels[t as usize] = *label;
+    }
+    Segmentation { labels, primitives: segmentation.primitives.clone() }
+}
+
+pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
+    // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
+    segmentation
+}
+
+pub(super) fn build(
+    _part: &Part,
+    _segmentation: &Segmentation,
+    _support: Option<&Support>,
+) -> (Model, Vec<Warning>) {
+    // TODO(integrator): brep::close::close, brep::build, brep::check, brep::tessellate.
+    (Model::default(), vec![Warning::new(Code::NoSolid, "no solid was made")])
+}

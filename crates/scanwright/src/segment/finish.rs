@@ -1,0 +1,209 @@
+//! The last labels: slivers dropped, leftovers given to neighbours, parameters fitted to raw interior points.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::field::{Field, Scratch};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR};
+use super::label::Labels;
+use super::{RegionId, SegmentOptions, Segmentation};
+use crate::fit::{parameter_covariance, refine, Fit, Samples, Weights};
+use crate::mesh::Mesh;
+use crate::par;
+use crate::recognize::{Primitive, Residual};
+use crate::surface::Surface;
+
+/// Regions of fewer vertices are given to their neighbours.
+const MIN_REGION: usize = 20;
+/// Rings over which leftovers are given to a neighbour: the rounding of an edge, twice.
+const FLOOD_RINGS: u32 = 5;
+/// Unexplained sets of more vertices become freeform regions.
+const MIN_FREEFORM: usize = 80;
+/// Samples of the final fit: parameters no longer gain from more, the noise being correlated.
+const N_FINAL: usize = 20_000;
+/// Vertices per independent sample of the noise.
+const VERTICES_PER_SAMPLE: f64 = 80.0;
+
+/// Turns vertex labels into regions of triangles with fitted primitives.
+pub(super) fn finish(mesh: &Mesh, field: &Field, labels: Labels, options: &SegmentOptions) -> Segmentation {
+    let mut regions = Regions::from_labels(field, &labels, options);
+    regions.flood(field, FLOOD_RINGS);
+    regions.add_freeform(field);
+    regions.flood(field, u32::MAX);
+    let members = regions.members();
+    let primitives = par::map_indices(regions.fits.len(), |k| {
+        primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.len()))
+    });
+    let labels = triangle_labels(mesh, field, &regions, &primitives);
+    Segmentation { labels, primitives }
+}
+
+/// One region per connected set of equal labels.
+struct Regions {
+    of_vertex: Vec<Option<u32>>,
+    fits: Vec<Option<Fit>>,
+}
+
+impl Regions {
+    fn from_labels(field: &Field, labels: &Labels, options: &SegmentOptions) -> Self {
+        let mut scratch = Scratch::new(field.len());
+        let mut regions = Self { of_vertex: vec![None; field.len()], fits: Vec::new() };
+        // A face must be two rings deep, or half as wide as the user's smallest face.
+        let min_depth = options.min_face.map_or(2.0, |width| (0.5 * width / field.spacing).max(1.0)).min(200.0) as usize;
+        for (label, members) in labels.components(field) {
+            let deepest = field.depths(&members, min_depth, &mut scratch).into_iter().max().unwrap_or(0);
+            if members.len() < MIN_REGION || usize::from(deepest) < min_depth {
+                continue;
+            }
+            for &v in &members {
+                regions.of_vertex[v as usize] = Some(regions.fits.len() as u32);
+            }
+            regions.fits.push(Some(labels.fits[label as usize]));
+        }
+        regions
+    }
+
+    /// Gives unlabelled vertices within `rings` of a region to the surface they are nearest to.
+    fn flood(&mut self, field: &Field, rings: u32) {
+        let mut heap = BinaryHeap::new();
+        let mut order = 0_u64;
+        let mut push = |heap: &mut BinaryHeap<Reverse<(OrderedCost, u64, u32, u32, u32)>>, fits: &[Option<Fit>], v, k, ring| {
+            let cost = fits[k as usize].map_or(0.0, |fit| fit.surface.signed_distance(&field.points[v as usize]).abs());
+            order += 1;
+            heap.push(Reverse((OrderedCost(cost), order, v, k, ring)));
+        };
+        for v in 0..field.len() {
+            let Some(k) = self.of_vertex[v] else { continue };
+            for &u in field.rings.row(v) {
+                if self.of_vertex[u as usize].is_none() {
+                    push(&mut heap, &self.fits, u, k, 1);
+                }
+            }
+        }
+        while let Some(Reverse((_, _, v, k, ring))) = heap.pop() {
+            if self.of_vertex[v as usize].is_some() {
+                continue;
+            }
+            self.of_vertex[v as usize] = Some(k);
+            if ring < rings {
+                for &u in field.rings.row(v as usize) {
+                    if self.of_vertex[u as usize].is_none() {
+                        push(&mut heap, &self.fits, u, k, ring + 1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Connected sets that nothing explains become regions of their own.
+    fn add_freeform(&mut self, field: &Field) {
+        let mut seen = vec![false; field.len()];
+        for start in 0..field.len() {
+            if seen[start] || self.of_vertex[start].is_some() {
+                continue;
+            }
+            seen[start] = true;
+            let mut members = vec![start as u32];
+            let mut next = 0;
+            while next < members.len() {
+                for &u in field.rings.row(members[next] as usize) {
+                    if !seen[u as usize] && self.of_vertex[u as usize].is_none() {
+                        seen[u as usize] = true;
+                        members.push(u);
+                    }
+                }
+                next += 1;
+            }
+            let touches_none =
+                members.iter().all(|&v| field.rings.row(v as usize).iter().all(|&u| self.of_vertex[u as usize].is_none()));
+            if members.len() > MIN_FREEFORM || touches_none {
+                for &v in &members {
+                    self.of_vertex[v as usize] = Some(self.fits.len() as u32);
+                }
+                self.fits.push(None);
+            }
+        }
+    }
+
+    fn members(&self) -> Vec<Vec<u32>> {
+        let mut members = vec![Vec::new(); self.fits.len()];
+        for (v, k) in self.of_vertex.iter().enumerate() {
+            if let Some(k) = k {
+                members[*k as usize].push(v as u32);
+            }
+        }
+        members
+    }
+}
+
+/// A finite cost with an order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct OrderedCost(f64);
+
+impl Eq for OrderedCost {}
+
+impl PartialOrd for OrderedCost {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedCost {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// The primitive of a region: its surface fitted once more, almost by distance alone, to raw interior points.
+fn primitive(field: &Field, fit: Option<Fit>, members: &[u32], scratch: &mut Scratch) -> Primitive {
+    let Some(mut fit) = fit else {
+        return Primitive {
+            surface: None,
+            outward: true,
+            residual: Residual::default(),
+            covariance: Vec::new(),
+            ambiguous: None,
+        };
+    };
+    /// Weight of normals in the final fit: filtered normals are biased, raw distances are not.
+    const FINAL_NORMAL_WEIGHT: f64 = 0.02;
+    let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, scratch);
+    let samples: Samples = field.samples(&interior, N_FINAL);
+    let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
+    if let Some(better) = refine(&fit, &samples, &weights, 30) {
+        fit = better;
+    }
+    if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
+        plane.normal = -plane.normal;
+        fit.outward = true;
+    }
+    let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
+    let residual = Residual::from_distances(&distances);
+    let n_effective = (interior.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
+    let covariance = parameter_covariance(&fit.surface, &samples, residual.rms, n_effective);
+    Primitive { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
+}
+
+/// The label of most corners; where all three differ, the surface nearest to the triangle's centre.
+fn triangle_labels(
+    mesh: &Mesh,
+    field: &Field,
+    regions: &Regions,
+    primitives: &[Primitive],
+) -> Vec<Option<RegionId>> {
+    par::map_indices(mesh.triangles.len(), |t| {
+        let [a, b, c] = mesh.triangles[t].map(|v| regions.of_vertex[v as usize]);
+        let label = if a == b || a == c {
+            a
+        } else if b == c {
+            b
+        } else {
+            let center = mesh.triangle_center(t);
+            let distance = |k: &u32| {
+                primitives[*k as usize].surface.map_or(field.spacing, |s| s.signed_distance(&center).abs())
+            };
+            [a, b, c].into_iter().flatten().min_by(|x, y| distance(x).total_cmp(&distance(y)))
+        };
+        label.map(RegionId)
+    })
+}

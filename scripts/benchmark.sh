@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Runs the benchmark and puts its table into docs/benchmark.md.
+#
+#   scripts/benchmark.sh BENCH [OPTIONS OF bench.py]
+#
+# BENCH is the folder with bench.py and its cases. With `--only NAME` the table is printed but not committed to the page.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+bench="${1:?the folder with bench.py is needed}"
+shift
+
+venv="${BENCH_VENV:-target/bench-venv}"
+if ! "$venv/bin/python" -c 'import OCP, numpy, scipy' 2>/dev/null; then
+    python3 -m venv --clear "$venv"
+    "$venv/bin/python" -m pip install --quiet --requirement "$bench/requirements.txt"
+fi
+
+cargo build --release --package scanwright-cli
+out="out/bench"
+mkdir -p "$out"
+"$venv/bin/python" "$bench/bench.py" --bin target/release/scanwright --out "$out" "$@" | tee "$out/table.txt"
+
+case " $* " in
+    *" --only "*) ;;
+    *) python3 scripts/insert_table.py docs/benchmark.md "$out/table.txt" ;;
+esac
