@@ -1,6 +1,7 @@
 //! Readers of mesh files: what they read, and what they refuse and how.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use scanwright::io::{Format, ReadError, ScanFile, Unit, read_mesh, read_ply_face_property, write_ply};
 use scanwright::math::Point3;
 use scanwright::mesh::Mesh;
@@ -477,7 +478,7 @@ fn counts_of_an_archive_are_not_trusted() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn words_in_any_order_never_break_a_reader(words in prop::collection::vec(prop::sample::select(WORDS), 0..60), start in prop::sample::select(STARTS)) {

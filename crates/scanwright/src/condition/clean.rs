@@ -1,17 +1,18 @@
 //! Conditioning: from any triangles to an oriented manifold with boundary.
 //!
-//! Vertices that are one point are merged; triangles without area and repeated ones dropped; edges of three or more
+//! Vertices that are one point are merged; triangles without area dissolved and repeated ones dropped; edges of three or more
 //! triangles and vertices of several fans split; every component oriented; specks dropped. Holes stay: they say what
 //! the scanner did not see. Positions are those of the input, and every triangle knows which input triangle it was.
 //!
 //! Cost O(n) but for the sort that finds repeated triangles.
 
+use super::caps::swap_caps;
 use super::components::{components, specks};
 use super::half_edges::{HalfEdges, NONE, next};
 use super::orient::orient;
 use super::split::{join, split_vertices};
 use super::weld::{median_edge, weld};
-use crate::mesh::{Mesh, TriId, VertId};
+use crate::mesh::{Csr, Mesh, TriId, VertId};
 
 /// Height of a triangle, in roundings of its coordinates, below which it has no direction.
 const FLAT_ROUNDINGS: f64 = 8.0;
@@ -40,8 +41,11 @@ pub struct ConditionReport {
     pub weld_distance: f64,
     /// Vertices merged into another.
     pub n_welded_vertices: usize,
-    /// Triangles dropped because two of their corners are one or all lie on a line.
+    /// Triangles dropped because two of their corners are one, or all lie on a line and nothing is open without them.
     pub n_zero_area_triangles: usize,
+    /// Triangles whose corners lay on a line and which took half of the neighbour across their longest side, lest
+    /// dropping them opened the surface.
+    pub n_swapped_caps: usize,
     /// Triangles dropped because another has the same corners, in either sense.
     pub n_repeated_triangles: usize,
     /// Edges of three or more triangles, now split.
@@ -62,6 +66,18 @@ pub struct ConditionReport {
     pub n_boundary_edges: usize,
     /// Boundary loops of what was kept; an open sheet has one.
     pub n_boundary_loops: usize,
+}
+
+impl Conditioned {
+    /// One value per input triangle from one per conditioned triangle: `missing` for those that were dropped.
+    pub fn to_input<T: Clone>(&self, values: &[T], missing: T) -> Vec<T> {
+        assert_eq!(values.len(), self.source_triangle.len(), "one value per triangle");
+        let mut per_input = vec![missing; self.report.n_input_triangles];
+        for (value, &source) in values.iter().zip(&self.source_triangle) {
+            per_input[source as usize] = value.clone();
+        }
+        per_input
+    }
 }
 
 /// Conditions `mesh`. Idempotent, but for edges of three or more triangles that the first pass had to turn over.
@@ -85,7 +101,8 @@ pub fn condition(mesh: &Mesh) -> Conditioned {
     let recheck = n_crowded > 0 || orientation.n_cut_edges > 0;
     report.n_split_vertices = split_vertices(&mut welded, &mut half_edges, recheck);
 
-    let (component, n_components) = components(&half_edges);
+    let (component, n_components) =
+        if recheck { components(&half_edges) } else { (orientation.component, orientation.n_components) };
     let speck = specks(&welded, &component, n_components, median_edge(&welded).unwrap_or(0.0));
     let kept = |t: usize| !speck[component[t] as usize];
     report.n_specks = speck.iter().filter(|s| **s).count();
@@ -109,60 +126,70 @@ fn weld_and_drop(mesh: &Mesh, report: &mut ConditionReport) -> (Mesh, Vec<TriId>
     report.weld_distance = welding.tolerance;
     let is_merged = |(v, r): (usize, &VertId)| v as VertId != *r;
     report.n_welded_vertices = welding.representative.iter().enumerate().filter(|x| is_merged(*x)).count();
+    let renamed = mesh.triangles.iter().map(|t| t.map(|v| welding.representative[v as usize])).collect();
+    let mut welded = Mesh { vertices: mesh.vertices.clone(), triangles: renamed };
+    let mut source: Vec<TriId> = (0..mesh.triangles.len() as TriId).collect();
+
+    let is_needle = |[a, b, c]: &[VertId; 3]| a == b || b == c || c == a;
+    let needles: Vec<usize> =
+        (0..welded.triangles.len()).filter(|&t| is_needle(&welded.triangles[t])).collect();
+    let repeats = repeated(&welded);
+    // A needle may repeat another; it is dropped once and counted as a needle.
+    report.n_zero_area_triangles = needles.len();
+    let n_dropped = drop_triangles(&mut welded, &mut source, &[needles, repeats].concat());
+    report.n_repeated_triangles = n_dropped - report.n_zero_area_triangles;
+
     let rounding = FLAT_ROUNDINGS * f64::EPSILON * mesh.largest_coordinate();
-
-    let mut welded =
-        Mesh { vertices: mesh.vertices.clone(), triangles: Vec::with_capacity(mesh.triangles.len()) };
-    let mut source = Vec::with_capacity(mesh.triangles.len());
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|v| welding.representative[v as usize]);
-        if a == b || b == c || c == a {
-            continue;
-        }
-        welded.triangles.push([a, b, c]);
-        source.push(t as TriId);
-        if is_flat(&welded, rounding) {
-            welded.triangles.pop();
-            source.pop();
-        }
-    }
-    report.n_zero_area_triangles = mesh.triangles.len() - source.len();
-
-    let repeated = repeated(&welded.triangles);
-    report.n_repeated_triangles = repeated.iter().filter(|r| **r).count();
-    if report.n_repeated_triangles > 0 {
-        let mut repeats = repeated.iter();
-        welded.triangles.retain(|_| !repeats.next().expect("one per triangle"));
-        let mut repeats = repeated.iter();
-        source.retain(|_| !repeats.next().expect("one per triangle"));
+    let (n_swapped, caps) = swap_caps(&mut welded, |mesh, t| is_flat(mesh, t, rounding));
+    report.n_swapped_caps = n_swapped;
+    report.n_zero_area_triangles += drop_triangles(&mut welded, &mut source, &caps);
+    if n_swapped > 0 {
+        let repeats = repeated(&welded);
+        report.n_repeated_triangles += drop_triangles(&mut welded, &mut source, &repeats);
     }
     (welded, source)
 }
 
-/// Whether the last triangle's height is lost in the rounding of its coordinates.
-fn is_flat(mesh: &Mesh, rounding: f64) -> bool {
-    let t = mesh.triangles.len() - 1;
+/// Drops triangles with their sources; returns how many.
+fn drop_triangles(mesh: &mut Mesh, source: &mut Vec<TriId>, dropped: &[usize]) -> usize {
+    if dropped.is_empty() {
+        return 0;
+    }
+    let mut kept = vec![true; mesh.triangles.len()];
+    for &t in dropped {
+        kept[t] = false;
+    }
+    let mut keep = kept.iter();
+    mesh.triangles.retain(|_| *keep.next().expect("one per triangle"));
+    let mut keep = kept.iter();
+    source.retain(|_| *keep.next().expect("one per triangle"));
+    kept.iter().filter(|kept| !**kept).count()
+}
+
+/// Whether a triangle's height is lost in the rounding of its coordinates.
+fn is_flat(mesh: &Mesh, t: usize, rounding: f64) -> bool {
     let [a, b, c] = mesh.corners(t);
     let longest_sq = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
     // Twice the area is the longest edge times the height above it.
     mesh.cross(t).norm_squared() <= rounding * rounding * longest_sq
 }
 
-/// Per triangle, whether an earlier one has the same three vertices.
-fn repeated(triangles: &[[VertId; 3]]) -> Vec<bool> {
-    let mut keys: Vec<([VertId; 3], TriId)> = triangles
-        .iter()
-        .enumerate()
-        .map(|(t, triangle)| {
-            let mut key = *triangle;
-            key.sort_unstable();
-            (key, t as TriId)
-        })
-        .collect();
-    keys.sort_unstable();
-    let mut repeated = vec![false; triangles.len()];
-    for pair in keys.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        repeated[pair[1].1 as usize] = true;
+/// The triangles with the same three vertices as an earlier one.
+fn repeated(mesh: &Mesh) -> Vec<usize> {
+    let sorted = |t: u32| {
+        let mut corners = mesh.triangles[t as usize];
+        corners.sort_unstable();
+        corners
+    };
+    let n_triangles = mesh.triangles.len() as u32;
+    let by_lowest = Csr::from_pairs(mesh.vertices.len(), (0..n_triangles).map(|t| (sorted(t)[0], t)));
+    let mut repeated = Vec::new();
+    let mut row = Vec::new();
+    for v in 0..by_lowest.len() {
+        row.clear();
+        row.extend(by_lowest.row(v).iter().map(|&t| (sorted(t), t)));
+        row.sort_unstable();
+        repeated.extend(row.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1 as usize));
     }
     repeated
 }

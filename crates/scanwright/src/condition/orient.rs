@@ -22,6 +22,10 @@ const NEARLY_CLOSED: f64 = 0.05;
 pub(super) struct Orientation {
     /// Per triangle, whether to swap two corners.
     pub flip: Vec<bool>,
+    /// Per triangle, the component that it was reached in: over joins as they were before any cut.
+    pub component: Vec<u32>,
+    /// Number of these components.
+    pub n_components: usize,
     /// Edges cut because the surface cannot be oriented across them.
     pub n_cut_edges: usize,
 }
@@ -38,7 +42,7 @@ pub(super) fn orient(mesh: &Mesh, half_edges: &mut HalfEdges) -> Orientation {
     for (flip, &c) in flip.iter_mut().zip(&component) {
         *flip ^= turn[c as usize];
     }
-    Orientation { flip, n_cut_edges }
+    Orientation { flip, component, n_components, n_cut_edges }
 }
 
 struct Flood {

@@ -36,8 +36,9 @@ pub(super) struct Welding {
 /// Finds the vertices of `mesh` to merge.
 pub(super) fn weld(mesh: &Mesh) -> Welding {
     let tolerance = tolerance(mesh);
-    let mut grid = Grid::new(&mesh.vertices, tolerance);
-    let representative = (0..mesh.vertices.len() as u32).map(|v| grid.find_or_insert(v)).collect();
+    let mut grid = Grid::new(mesh.vertices.len(), tolerance);
+    let vertices = mesh.vertices.iter().enumerate();
+    let representative = vertices.map(|(v, point)| grid.find_or_insert(v as VertId, point)).collect();
     Welding { representative, tolerance }
 }
 
@@ -69,65 +70,71 @@ pub(super) fn median_edge(mesh: &Mesh) -> Option<f64> {
 }
 
 /// Chained hash table of representatives by cell.
-struct Grid<'a> {
-    vertices: &'a [Point3],
+struct Grid {
     tolerance: f64,
     cells_per_length: f64,
     /// First representative of each slot.
     heads: Vec<u32>,
-    /// Next representative of the same slot, per vertex.
-    next: Vec<u32>,
+    /// Representatives in the order found, that is by ascending vertex.
+    representatives: Vec<Representative>,
 }
 
-impl<'a> Grid<'a> {
-    fn new(vertices: &'a [Point3], tolerance: f64) -> Self {
-        let n_slots = (2 * vertices.len()).next_power_of_two();
+struct Representative {
+    point: Point3,
+    vertex: VertId,
+    /// Next representative of the same slot.
+    next: u32,
+}
+
+impl Grid {
+    fn new(n_vertices: usize, tolerance: f64) -> Self {
+        let heads = vec![NONE; n_vertices.next_power_of_two()];
         let cells_per_length = 1.0 / (TOLERANCES_PER_CELL * tolerance);
-        let (heads, next) = (vec![NONE; n_slots], vec![NONE; vertices.len()]);
-        Self { vertices, tolerance, cells_per_length, heads, next }
+        Self { tolerance, cells_per_length, heads, representatives: Vec::new() }
     }
 
-    fn find_or_insert(&mut self, v: u32) -> u32 {
-        let point = self.vertices[v as usize];
+    fn find_or_insert(&mut self, vertex: VertId, point: &Point3) -> VertId {
         let scaled = point.coords * self.cells_per_length;
         let home: [i64; 3] = std::array::from_fn(|axis| scaled[axis].floor() as i64);
         let slot = self.slot(home);
         // Soups repeat a vertex exactly: a copy of a representative needs no look at the neighbours.
-        if let Some(same) = self.chain(slot).find(|&r| self.vertices[r as usize] == point) {
-            return same;
+        if let Some(same) = self.chain(slot).find(|r| r.point == *point) {
+            return same.vertex;
         }
-        let mut lowest = self.lowest_within(slot, &point);
+        let mut lowest = self.lowest_within(slot, point);
         let border = 1.0 / TOLERANCES_PER_CELL;
         let sides: [i64; 3] = std::array::from_fn(|axis| {
             let inside = scaled[axis] - scaled[axis].floor();
             i64::from(1.0 - border <= inside) - i64::from(inside <= border)
         });
         for mask in 1..8_u8 {
-            let offsets: [i64; 3] = std::array::from_fn(|axis| i64::from(mask >> axis & 1) * sides[axis]);
-            let distinct = (0..3).all(|axis| mask >> axis & 1 == 0 || sides[axis] != 0);
-            if distinct {
-                let cell = std::array::from_fn(|axis| home[axis].saturating_add(offsets[axis]));
-                lowest = lowest.min(self.lowest_within(self.slot(cell), &point));
+            let crossed = |axis: usize| mask >> axis & 1 == 1;
+            if (0..3).all(|axis| !crossed(axis) || sides[axis] != 0) {
+                let step = |axis: usize| if crossed(axis) { sides[axis] } else { 0 };
+                let cell = std::array::from_fn(|axis| home[axis].saturating_add(step(axis)));
+                lowest = lowest.min(self.lowest_within(self.slot(cell), point));
             }
         }
         if lowest != NONE {
             return lowest;
         }
-        self.next[v as usize] = self.heads[slot];
-        self.heads[slot] = v;
-        v
+        let next = std::mem::replace(&mut self.heads[slot], self.representatives.len() as u32);
+        self.representatives.push(Representative { point: *point, vertex, next });
+        vertex
     }
 
     fn lowest_within(&self, slot: usize, point: &Point3) -> u32 {
         let tolerance_sq = self.tolerance * self.tolerance;
-        self.chain(slot)
-            .filter(|&r| (self.vertices[r as usize] - point).norm_squared() <= tolerance_sq)
-            .fold(NONE, u32::min)
+        let near = self.chain(slot).filter(|r| (r.point - point).norm_squared() <= tolerance_sq);
+        near.fold(NONE, |lowest, r| lowest.min(r.vertex))
     }
 
-    fn chain(&self, slot: usize) -> impl Iterator<Item = u32> {
-        let some = |r: u32| (r != NONE).then_some(r);
-        std::iter::successors(some(self.heads[slot]), move |&r| some(self.next[r as usize]))
+    fn chain(&self, slot: usize) -> impl Iterator<Item = &Representative> {
+        std::iter::successors(self.get(self.heads[slot]), |r| self.get(r.next))
+    }
+
+    fn get(&self, index: u32) -> Option<&Representative> {
+        self.representatives.get(index as usize)
     }
 
     fn slot(&self, cell: [i64; 3]) -> usize {

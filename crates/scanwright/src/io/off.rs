@@ -25,8 +25,8 @@ fn is_keyword(word: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, usize), ReadError> {
     let mut lines = Lines::new(bytes, 0);
     let (n_vertices, n_faces) = read_counts(&mut lines)?;
-    check_numbering(n_vertices, "vertices")?;
     check_count(&lines, "vertices", n_vertices, SMALLEST_VERTEX)?;
+    check_numbering(n_vertices, "vertices")?;
     let mut vertices = Vec::with_capacity(n_vertices as usize);
     for index in 0..n_vertices as usize {
         let item = Item { kind: "vertex", index };

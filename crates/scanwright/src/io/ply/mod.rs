@@ -33,7 +33,6 @@ pub(super) fn read(bytes: &[u8], label: Option<&str>) -> Result<Ply, ReadError> 
     let header = Header::read(bytes)?;
     check_elements(&header)?;
     let n_vertices = header.elements.iter().find(|e| e.name == b"vertex").map_or(0, |e| e.count);
-    check_numbering(n_vertices, "vertices")?;
     let mut body = Body::new(bytes, &header);
     let mut ply = Ply::default();
     let mut last = "vertices";
@@ -42,6 +41,7 @@ pub(super) fn read(bytes: &[u8], label: Option<&str>) -> Result<Ply, ReadError> 
             b"vertex" => {
                 last = "vertices";
                 body.check_count(element, header.encoding, last)?;
+                check_numbering(n_vertices, last)?;
                 ply.mesh.vertices = read_vertices(&mut body, element)?;
             }
             b"face" => {

@@ -177,22 +177,23 @@ impl Parser<'_> {
     }
 
     fn triangle(&mut self, element: &BytesStart<'_>) -> Result<(), ReadError> {
-        let place = self.place();
+        let (name, at) = (self.name, self.at);
+        let place = || Place::Part(one_line(&name), at);
         let Some((_, object, polygons)) = &mut self.open else { return Ok(()) };
         polygons.set_n_vertices(object.mesh.vertices.len());
         let item = Item { kind: "triangle", index: polygons.triangles.len() };
         for word in attributes(element, ["v1", "v2", "v3"]) {
             let Some(vertex) = word.as_deref().and_then(|word| parse(word.as_bytes())) else {
                 return Err(ReadError::Value {
-                    place,
+                    place: place(),
                     element: format!("a corner of {item}"),
                     value: word.map_or_else(|| "missing".to_owned(), |word| quoted(word.as_bytes())),
                     expected: "a whole number",
                 });
             };
-            polygons.corner(vertex, item, || place.clone())?;
+            polygons.corner(vertex, item, place)?;
         }
-        polygons.finish(item, || place)
+        polygons.finish(item, place)
     }
 
     fn instance(&self, element: &BytesStart<'_>) -> Result<Instance, ReadError> {
