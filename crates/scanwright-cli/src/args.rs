@@ -124,28 +124,6 @@ pub enum Unit {
     In,
 }
 
-impl Unit {
-    /// Abbreviation.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mm => "mm",
-            Self::Cm => "cm",
-            Self::M => "m",
-            Self::In => "in",
-        }
-    }
-
-    /// Length of the unit in millimetres.
-    pub fn millimetres(self) -> f64 {
-        match self {
-            Self::Mm => 1.0,
-            Self::Cm => 10.0,
-            Self::M => 1000.0,
-            Self::In => 25.4,
-        }
-    }
-}
-
 /// `--support`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SupportFlag {

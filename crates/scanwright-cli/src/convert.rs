@@ -10,8 +10,9 @@ use scanwright::pipeline::{
 };
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
+use scanwright::step::{self, Schema, StepOptions};
 
-use crate::args::{ConvertArgs, FallbackFlag, SupportFlag};
+use crate::args::{ConvertArgs, FallbackFlag, SchemaFlag, SupportFlag};
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::scan::{self, UnitSource, Units};
@@ -88,8 +89,8 @@ fn results<'a>(
         let context = Context {
             version: env!("CARGO_PKG_VERSION"),
             units: report::Units {
-                name: units.name.to_owned(),
-                millimetres: units.millimetres,
+                name: units.name().to_owned(),
+                millimetres: units.unit.millimeters(),
                 source: units.source.name().to_owned(),
             },
             options,
@@ -109,9 +110,13 @@ fn results<'a>(
 }
 
 fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> String {
-    // TODO(integrator): step::write(&result.model.solids, &StepOptions { schema, unit, name, .. }).
-    let _ = (args.schema, units, result);
-    String::new()
+    let schema = match args.schema {
+        SchemaFlag::Ap242 => Schema::Ap242,
+        SchemaFlag::Ap214 => Schema::Ap214,
+    };
+    let name = args.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let options = StepOptions { schema, unit: units.in_step(), name, ..StepOptions::default() };
+    step::write(&result.model.solids, &options)
 }
 
 fn options(args: &ConvertArgs) -> Options {

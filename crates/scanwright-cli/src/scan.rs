@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use scanwright::io::{self, ReadError, ScanFile};
+use scanwright::step::LengthUnit;
 
 use crate::args::Unit;
 use crate::exit::Failure;
@@ -17,12 +18,29 @@ pub fn read(path: &Path) -> Result<ScanFile, Failure> {
 /// The unit of a scan's coordinates and who said so.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {
-    /// Name, as `--units` takes it where it can.
-    pub name: &'static str,
-    /// Length in millimetres.
-    pub millimetres: f64,
+    /// The unit.
+    pub unit: io::Unit,
     /// Who said so.
     pub source: UnitSource,
+}
+
+impl Units {
+    /// Abbreviation.
+    pub fn name(self) -> &'static str {
+        unit_name(self.unit)
+    }
+
+    /// The unit as STEP knows it.
+    pub fn in_step(self) -> LengthUnit {
+        match self.unit {
+            io::Unit::Micron => LengthUnit::Micrometre,
+            io::Unit::Millimeter => LengthUnit::Millimetre,
+            io::Unit::Centimeter => LengthUnit::Centimetre,
+            io::Unit::Meter => LengthUnit::Metre,
+            io::Unit::Inch => LengthUnit::Inch,
+            io::Unit::Foot => LengthUnit::Foot,
+        }
+    }
 }
 
 /// Who said what the unit is.
@@ -49,12 +67,18 @@ impl UnitSource {
 
 /// The unit: the flag's, else the file's, else millimetres.
 pub fn units(flag: Option<Unit>, declared: Option<io::Unit>) -> Units {
-    if let Some(unit) = flag {
-        return Units { name: unit.name(), millimetres: unit.millimetres(), source: UnitSource::Flag };
-    }
-    let source = if declared.is_some() { UnitSource::File } else { UnitSource::Assumed };
-    let unit = declared.unwrap_or(io::Unit::Millimeter);
-    Units { name: unit_name(unit), millimetres: unit.millimeters(), source }
+    let of_flag = flag.map(|flag| match flag {
+        Unit::Mm => io::Unit::Millimeter,
+        Unit::Cm => io::Unit::Centimeter,
+        Unit::M => io::Unit::Meter,
+        Unit::In => io::Unit::Inch,
+    });
+    let source = match (of_flag, declared) {
+        (Some(_), _) => UnitSource::Flag,
+        (None, Some(_)) => UnitSource::File,
+        (None, None) => UnitSource::Assumed,
+    };
+    Units { unit: of_flag.or(declared).unwrap_or(io::Unit::Millimeter), source }
 }
 
 /// Abbreviation of a unit.

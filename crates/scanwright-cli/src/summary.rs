@@ -26,7 +26,7 @@ pub fn of_run(
     written: &[&Path],
 ) -> String {
     let mut lines = Lines::default();
-    let unit = units.name;
+    let unit = units.name();
     lines.add("read", &read_line(scan, file, result, unit));
     lines.add("units", &units_line(units));
     if let Some(support) = &result.support {
@@ -128,9 +128,9 @@ fn read_line(scan: &Path, file: &ScanFile, result: &Reconstruction, unit: &str) 
 
 fn units_line(units: Units) -> String {
     match units.source {
-        UnitSource::Flag => format!("{}, as given", units.name),
-        UnitSource::File => format!("{}, as the file says", units.name),
-        UnitSource::Assumed => format!("{} assumed, the file does not say; --units sets it", units.name),
+        UnitSource::Flag => format!("{}, as given", units.name()),
+        UnitSource::File => format!("{}, as the file says", units.name()),
+        UnitSource::Assumed => format!("{} assumed, the file does not say; --units sets it", units.name()),
     }
 }
 
@@ -152,7 +152,7 @@ fn regions_line(result: &Reconstruction) -> String {
 }
 
 fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
-    if result.model.solids.is_empty() {
+    if result.model.facts.is_empty() {
         return vec!["none".to_owned()];
     }
     let line = |solid: &scanwright::pipeline::SolidFacts| {
@@ -174,7 +174,7 @@ fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
         let _ = write!(text, ", largest gap {} {unit}", short(solid.largest_gap));
         text
     };
-    result.model.solids.iter().map(line).collect()
+    result.model.facts.iter().map(line).collect()
 }
 
 /// Warnings that no other line has said; those of one code and text are one line.
@@ -218,7 +218,7 @@ fn word(code: Code) -> &'static str {
         Code::AmbiguousType => "weak",
         Code::AssumedFace => "assumed",
         Code::Freeform | Code::Facets => "fallback",
-        Code::Open | Code::Invalid => "problem",
+        Code::Open | Code::Invalid | Code::Gap => "problem",
         _ => "note",
     }
 }

@@ -5,11 +5,13 @@
 //! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, and a caller
 //! that said stop.
 
+mod model;
 mod stages;
 mod warning;
 
 pub use warning::{Code, Fallback, Warning};
 
+use crate::brep::Solid;
 use crate::condition::{self, ConditionReport, Support};
 use crate::deviation::{self, Deviation};
 use crate::math::UnitVec3;
@@ -121,9 +123,11 @@ impl Reconstruction {
 /// The solids of a run and what is known about them.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
+    /// One per connected part of the scan; what STEP holds.
+    pub solids: Vec<Solid>,
     /// One per solid.
-    pub solids: Vec<SolidFacts>,
-    /// Triangles of all solids, for pictures and distances; not what STEP holds.
+    pub facts: Vec<SolidFacts>,
+    /// Triangles of all solids, for pictures and distances.
     pub mesh: Mesh,
     /// One per triangle of `mesh`: the region whose surface the face lies on.
     pub regions: Vec<RegionId>,
@@ -179,12 +183,13 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let segmentation = stages::regularize(&part, segmentation);
     progress.report(Stage::Regularize, 1.0)?;
 
-    let (model, mut warnings) = stages::build(&part, &segmentation, support.as_ref(), &scan.tolerances);
+    let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
     let segmentation = stages::on_scan(&scan, &part, &segmentation);
-    warnings.splice(0..0, warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref()));
+    let of_regions = warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref());
+    let warnings = warning::without_repeats(of_regions, warnings);
     let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
     Ok(Reconstruction {
         mesh,

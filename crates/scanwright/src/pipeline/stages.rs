@@ -1,14 +1,12 @@
 //! One function per stage: what each is given and what it leaves for the next.
 
-use crate::brep::LabelledMesh;
-use crate::brep::close;
 use crate::condition::{self, ConditionReport, Conditioned, Support};
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::segment::{self, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
-use super::{Code, Model, Options, SupportSearch, Warning, warning};
+use super::{Options, SupportSearch};
 
 /// The conditioned scan with what was measured from it.
 pub(super) struct Scan {
@@ -87,18 +85,4 @@ pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> 
 pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
     // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
     segmentation
-}
-
-pub(super) fn build(
-    part: &Part,
-    segmentation: &Segmentation,
-    support: Option<&Support>,
-    tolerances: &Tolerances,
-) -> (Model, Vec<Warning>) {
-    let closed = close::close(&part.mesh, segmentation, support, tolerances);
-    let mut warnings = warning::of_closing(&closed);
-    // TODO(integrator): brep::build, brep::check, brep::tessellate; until then the closed mesh stands for the solid.
-    warnings.push(Warning::new(Code::NoSolid, "no solid was made"));
-    let LabelledMesh { mesh, labels, primitives, assumed } = closed.labelled;
-    (Model { solids: Vec::new(), mesh, regions: labels, primitives, assumed }, warnings)
 }

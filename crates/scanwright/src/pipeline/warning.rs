@@ -1,4 +1,5 @@
-use crate::brep::close::{Assumption, Closed};
+use crate::brep::close::{AssumedFace, Assumption, OpenHole};
+use crate::brep::{Issue, IssueCode};
 use crate::condition::Support;
 use crate::mesh::Mesh;
 use crate::segment::{RegionId, Segmentation};
@@ -25,6 +26,12 @@ pub enum Code {
     /// A face was invented where the scan saw nothing.
     #[serde(rename = "W_ASSUMED_FACE")]
     AssumedFace,
+    /// A region became no face: its neighbours were extended over it.
+    #[serde(rename = "W_FACE_DROPPED")]
+    FaceDropped,
+    /// An edge or corner lies off its surfaces by more than the tolerance.
+    #[serde(rename = "W_GAP")]
+    Gap,
     /// A face was written as facets.
     #[serde(rename = "W_FACETS")]
     Facets,
@@ -41,13 +48,15 @@ pub enum Code {
 
 impl Code {
     /// All codes.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::UnitsAssumed,
         Self::SupportRemoved,
         Self::AmbiguousType,
         Self::Freeform,
         Self::Unexplained,
         Self::AssumedFace,
+        Self::FaceDropped,
+        Self::Gap,
         Self::Facets,
         Self::Open,
         Self::Invalid,
@@ -63,6 +72,8 @@ impl Code {
             Self::Freeform => "W_FREEFORM",
             Self::Unexplained => "W_UNEXPLAINED",
             Self::AssumedFace => "W_ASSUMED_FACE",
+            Self::FaceDropped => "W_FACE_DROPPED",
+            Self::Gap => "W_GAP",
             Self::Facets => "W_FACETS",
             Self::Open => "W_OPEN",
             Self::Invalid => "W_INVALID",
@@ -80,7 +91,9 @@ impl Code {
             | Self::SupportRemoved
             | Self::AmbiguousType
             | Self::Unexplained
-            | Self::AssumedFace => None,
+            | Self::AssumedFace
+            | Self::FaceDropped
+            | Self::Gap => None,
         }
     }
 }
@@ -178,19 +191,41 @@ fn unexplained(mesh: &Mesh, segmentation: &Segmentation, support: Option<&Suppor
 }
 
 /// What closing the scan's holes assumed, and what it left open.
-pub(super) fn of_closing(closed: &Closed) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    for face in &closed.assumed_faces {
+pub(super) fn of_closing(assumed: &[AssumedFace], open: &[OpenHole]) -> Vec<Warning> {
+    let of_face = |face: &AssumedFace| {
         let text = match face.assumption {
             Assumption::Extended => "extended into what the scanner did not see",
             Assumption::Support => "the bottom on the table, which the scanner did not see",
             Assumption::Cap => "a flat end that nothing shows",
         };
-        warnings.push(Warning::about(Code::AssumedFace, face.region, text));
-    }
-    for hole in &closed.open {
+        Warning::about(Code::AssumedFace, face.region, text)
+    };
+    let of_hole = |hole: &OpenHole| {
         let text = format!("a hole with {} edges was left open: {}", hole.rim.len(), hole.reason);
-        warnings.push(Warning::new(Code::Open, text));
-    }
-    warnings
+        Warning::new(Code::Open, text)
+    };
+    assumed.iter().map(of_face).chain(open.iter().map(of_hole)).collect()
+}
+
+/// What could not be built as asked. Failed checks are reported with the solid that failed them.
+pub(super) fn of_issue(issue: &Issue) -> Option<Warning> {
+    let code = match issue.code {
+        IssueCode::Empty => Code::NoSolid,
+        IssueCode::OpenShell => Code::Open,
+        IssueCode::FaceDropped => Code::FaceDropped,
+        IssueCode::CornerOff | IssueCode::GapLarge => Code::Gap,
+        IssueCode::Freeform => Code::Freeform,
+        IssueCode::Facets => Code::Facets,
+        IssueCode::Invalid => return None,
+    };
+    Some(Warning { code, region: issue.region, text: issue.message.clone() })
+}
+
+/// Both lists after each other; of two warnings about one region and code only the later, which knows more.
+pub(super) fn without_repeats(mut earlier: Vec<Warning>, later: Vec<Warning>) -> Vec<Warning> {
+    let said =
+        |w: &Warning| later.iter().any(|l| l.code == w.code && l.region.is_some() && l.region == w.region);
+    earlier.retain(|warning| !said(warning));
+    earlier.extend(later);
+    earlier
 }

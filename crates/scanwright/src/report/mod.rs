@@ -121,7 +121,7 @@ impl Report {
             scan: Scan::new(result, context),
             support,
             primitives: regions::primitives(result, context.n_triangles),
-            solids: result.model.solids.clone(),
+            solids: result.model.facts.clone(),
             deviation,
             warnings: result.warnings.clone(),
         }

@@ -31,6 +31,10 @@ pub enum LengthUnit {
     Metre,
     /// Inch.
     Inch,
+    /// Foot.
+    Foot,
+    /// Thousandth of a millimetre.
+    Micrometre,
 }
 
 /// How a file is written.

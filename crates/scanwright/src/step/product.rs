@@ -96,16 +96,21 @@ fn context(entities: &mut Entities, solids: &[Solid], options: &StepOptions) -> 
     let si = |entities: &mut Entities, prefix: &str| {
         entities.add(&format!("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT({prefix},.METRE.))"))
     };
+    let of_millimetres = |entities: &mut Entities, name: &str, factor: &str| {
+        let millimetre = si(entities, ".MILLI.");
+        let measure = format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({factor}),#{millimetre})");
+        let measure = entities.add(&measure);
+        let exponents = entities.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
+        let unit = format!("(CONVERSION_BASED_UNIT('{name}',#{measure})LENGTH_UNIT()NAMED_UNIT(#{exponents}))");
+        entities.add(&unit)
+    };
     let length = match options.unit {
         LengthUnit::Millimetre => si(entities, ".MILLI."),
         LengthUnit::Centimetre => si(entities, ".CENTI."),
         LengthUnit::Metre => si(entities, "$"),
-        LengthUnit::Inch => {
-            let millimetre = si(entities, ".MILLI.");
-            let measure = entities.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#{millimetre})"));
-            let exponents = entities.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
-            entities.add(&format!("(CONVERSION_BASED_UNIT('INCH',#{measure})LENGTH_UNIT()NAMED_UNIT(#{exponents}))"))
-        }
+        LengthUnit::Micrometre => si(entities, ".MICRO."),
+        LengthUnit::Inch => of_millimetres(entities, "INCH", "25.4"),
+        LengthUnit::Foot => of_millimetres(entities, "FOOT", "304.8"),
     };
     let angle = entities.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
     let solid_angle = entities.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");

@@ -1,0 +1,74 @@
+//! From regions to solids: closing, building, checking, and triangles for pictures and distances.
+
+use std::collections::BTreeSet;
+
+use crate::brep::close::{self, Closed};
+use crate::brep::{self, Built, IssueCode, LabelledMesh, Solid};
+use crate::condition::Support;
+use crate::mesh::Mesh;
+use crate::segment::{RegionId, Segmentation};
+use crate::tolerance::Tolerances;
+
+use super::{Code, Model, SolidFacts, Warning, warning};
+
+/// The solids of a part (a mesh without its table) and what there is to say about them.
+pub(super) fn build(
+    mesh: &Mesh,
+    segmentation: &Segmentation,
+    support: Option<&Support>,
+    tolerances: &Tolerances,
+) -> (Model, Vec<Warning>) {
+    let Closed { labelled, open, assumed_faces, .. } = close::close(mesh, segmentation, support, tolerances);
+    let Built { solids, issues } = brep::build(&labelled, tolerances);
+    let facets: BTreeSet<RegionId> = issues
+        .iter()
+        .filter(|issue| issue.code == IssueCode::Facets)
+        .filter_map(|issue| issue.region)
+        .collect();
+
+    let mut model = Model { primitives: labelled.primitives, ..Model::default() };
+    let mut warnings = warning::of_closing(&assumed_faces, &open);
+    warnings.extend(issues.iter().filter_map(warning::of_issue));
+    for solid in solids {
+        let problems = brep::check(&solid, solid.gap.max(tolerances.gap()));
+        let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+        let volume = add_triangles(&mut model, &solid);
+        if !problems.is_empty() {
+            let text = format!("solid {}: {}", model.solids.len() + 1, problems.join("; "));
+            warnings.push(Warning::new(Code::Invalid, text));
+        }
+        model.facts.push(facts(&solid, &facets, volume, problems));
+        model.solids.push(solid);
+    }
+    if model.solids.is_empty() {
+        warnings.push(Warning::new(Code::NoSolid, "no solid was made"));
+    }
+    (model, warnings)
+}
+
+fn facts(solid: &Solid, facets: &BTreeSet<RegionId>, volume: f64, problems: Vec<String>) -> SolidFacts {
+    SolidFacts {
+        closed: solid.is_closed(),
+        n_faces: solid.faces.len(),
+        n_edges: solid.edges.len(),
+        n_vertices: solid.vertices.len(),
+        n_assumed: solid.faces.iter().filter(|face| face.assumed).count(),
+        n_facets: solid.faces.iter().filter(|face| facets.contains(&face.region)).count(),
+        volume,
+        largest_gap: solid.gap,
+        problems,
+    }
+}
+
+/// Adds the triangles of `solid` to the model's; returns their volume.
+fn add_triangles(model: &mut Model, solid: &Solid) -> f64 {
+    let tessellation = brep::tessellate(solid);
+    let shift = model.mesh.vertices.len() as u32;
+    model.mesh.vertices.extend(&tessellation.mesh.vertices);
+    model.mesh.triangles.extend(tessellation.mesh.triangles.iter().map(|t| t.map(|v| v + shift)));
+    for face in tessellation.faces.iter().map(|face| solid.face(*face)) {
+        model.regions.push(face.region);
+        model.assumed.push(face.assumed);
+    }
+    tessellation.mesh.signed_volume()
+}
