@@ -8,4 +8,5 @@ mod conditioning;
 mod denoise;
 mod picture;
 mod readers;
+mod scanned;
 mod step;
