@@ -1,1 +1,191 @@
-//! Tests of `denoise`.
+//! Tests of `denoise`: one suite judges every method.
+
+use scanwright::condition::measure;
+use scanwright::denoise::{DenoiseMethod, Denoised, denoise, vertex_normals};
+use scanwright::math::{Point3, Vec3, angle_between};
+use scanwright::mesh::{Adjacency, Mesh};
+use scanwright::par;
+use scanwright::tolerance::Tolerances;
+
+use crate::scanned::{box_distance, scan, with_noise};
+
+#[test]
+fn a_mesh_without_noise_comes_back() {
+    for (name, result, mesh) in each_method(&block(), 0.0) {
+        let largest = largest_move(&mesh, &result);
+        assert!(largest < 1e-3, "{name}: {largest} edges");
+        let turned = mean_angle(&mesh.triangle_normals(), &result.triangle_normals);
+        assert!(turned < 1e-3, "{name}: {turned}");
+    }
+}
+
+#[test]
+fn zz_probe() {
+    use scanwright::denoise::*;
+    let clean = block();
+    for noise in [0.08, 0.2] {
+        let mesh = with_noise(&clean, noise, 1);
+        let adjacency = Adjacency::new(&mesh);
+        let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+        let truth = clean.triangle_normals();
+        let edge: Vec<bool> = (0..truth.len()).map(|t| box_distance(&clean.triangle_center(t), [0.0;3],[18.0,13.0,8.0]) > 2.3 || {
+            let p = clean.triangle_center(t); let n=[p.x.abs()>18.0,p.y.abs()>13.0,p.z.abs()>8.0]; n.iter().filter(|x|**x).count()>1 }).collect();
+        let mut run = |m: DenoiseMethod| {
+            let r = denoise(&mesh, &adjacency, &tolerances, &m);
+            let e = |k: bool| { let v: Vec<f64> = (0..truth.len()).filter(|t| edge[*t]==k).map(|t| angle_between(&truth[t], &r.triangle_normals[t])).collect(); v.iter().sum::<f64>()/v.len() as f64*57.3 };
+            println!("{noise} {m:?} all {:.2} inner {:.2} edge {:.2}", mean_angle(&truth, &r.triangle_normals)*57.3, e(false), e(true));
+        };
+        for m in DenoiseMethod::all_defaults() { run(m); }
+        for (range_sigmas, reach, max_rounds) in [(1.0,1.0,10),(1.0,2.0,20),(1.5,2.0,20),(2.5,2.0,20),(2.5,2.0,40)] { run(DenoiseMethod::Guided(Guided{range_sigmas,reach,max_rounds})); }
+        for (range_sigmas, reach, max_rounds) in [(2.0,1.0,20),(2.0,2.0,20)] { run(DenoiseMethod::Bilateral(Bilateral{range_sigmas,reach,max_rounds})); }
+    }
+}
+
+#[test]
+fn normals_of_a_noisy_block_come_nearer_to_the_truth() {
+    // Shares of the raw error that may be left; the default has to be the best of them.
+    let clean = block();
+    for noise in [0.08, 0.2] {
+        let mut left = Vec::new();
+        for (name, result, mesh) in each_method(&clean, noise) {
+            let truth = clean.triangle_normals();
+            let raw = mean_angle(&truth, &mesh.triangle_normals());
+            let share = mean_angle(&truth, &result.triangle_normals) / raw;
+            assert!(share < 0.5, "{name} at {noise}: {share} of {raw}");
+            left.push((share, name));
+        }
+        let best = left.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        assert_eq!(best.1, DenoiseMethod::default().name(), "{left:?}");
+    }
+}
+
+#[test]
+fn a_cylinder_keeps_its_radius() {
+    // Ten edges of radius, noise of a quarter edge: the mean radius may move by half the noise.
+    let noise = 0.25;
+    let cylinder = |p: &Point3| p.x.hypot(p.y) - 10.0;
+    let clean = scan(cylinder, [-13.3, -13.3, -20.0], [13.0, 13.0, 20.0], 1.0);
+    for (name, result, mesh) in each_method(&clean, noise) {
+        let inner = |p: &&Point3| p.z.abs() < 17.0;
+        let mean = |points: &[Point3]| {
+            let radii: Vec<f64> = points.iter().filter(inner).map(|p| p.x.hypot(p.y)).collect();
+            radii.iter().sum::<f64>() / radii.len() as f64
+        };
+        let change = mean(&result.vertices) - mean(&mesh.vertices);
+        assert!(change.abs() < 0.5 * noise, "{name}: {change}");
+    }
+}
+
+#[test]
+fn parallel_planes_three_noises_apart_stay_apart() {
+    let (noise, step) = (0.1, 0.3);
+    let stair = |p: &Point3| p.z - if p.x < 0.0 { 0.0 } else { step };
+    let clean = scan(stair, [-20.3, -20.3, -2.3], [20.0, 20.0, 2.0], 1.0);
+    for (name, result, _) in each_method(&clean, noise) {
+        let mean = |side: f64| {
+            let heights: Vec<f64> =
+                result.vertices.iter().filter(|p| p.x * side > 3.0).map(|p| p.z).collect();
+            heights.iter().sum::<f64>() / heights.len() as f64
+        };
+        // Each mean of 600 vertices is uncertain by less than a twentieth of the noise.
+        let kept = mean(1.0) - mean(-1.0);
+        assert!((kept - step).abs() < 0.1 * noise, "{name}: {kept}");
+    }
+}
+
+#[test]
+fn thin_walls_do_not_bleed() {
+    // Two spacings thick: the sides are neighbours in space and strangers on the mesh.
+    let wall = |p: &Point3| box_distance(p, [0.0; 3], [20.0, 15.0, 1.0]);
+    let clean = scan(wall, [-23.3, -18.3, -4.3], [23.0, 18.0, 4.0], 1.0);
+    for (name, result, _) in each_method(&clean, 0.15) {
+        for (t, normal) in result.triangle_normals.iter().enumerate() {
+            let p = clean.triangle_center(t);
+            if p.x.abs() < 17.0 && p.y.abs() < 12.0 {
+                // Any weight of the other side would turn a normal through the plane of the wall.
+                assert!(normal.z * p.z.signum() > 0.5, "{name}: {normal} at {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_vertex_leaves_the_noise_and_the_boundary_stays() {
+    let wave = |p: &Point3| p.z - 3.0 * (0.2 * p.x).sin();
+    let clean = scan(wave, [-20.3, -20.3, -6.3], [20.0, 20.0, 6.0], 1.0);
+    for (name, result, mesh) in each_method(&clean, 0.2) {
+        let adjacency = Adjacency::new(&mesh);
+        let noise = measure(&mesh, &adjacency).noise;
+        assert!(largest_move(&mesh, &result) <= 3.0 * noise * (1.0 + 1e-9), "{name}");
+        for v in (0..mesh.vertices.len()).filter(|v| adjacency.on_boundary[*v]) {
+            assert_eq!(mesh.vertices[v], result.vertices[v], "{name}");
+        }
+        assert!(result.triangle_normals.iter().all(|n| (n.norm() - 1.0).abs() < 1e-9), "{name}");
+    }
+}
+
+#[test]
+fn filtered_vertex_normals_are_nearer_to_the_truth() {
+    let ball = |p: &Point3| p.coords.norm() - 12.0;
+    let clean = scan(ball, [-15.3; 3], [15.0; 3], 1.0);
+    let truth: Vec<Vec3> = clean.vertices.iter().map(|p| p.coords.normalize()).collect();
+    for (name, result, mesh) in each_method(&clean, 0.2) {
+        let mean = |normals: &[Vec3]| {
+            normals.iter().zip(&truth).map(|(a, b)| angle_between(a, b)).sum::<f64>() / truth.len() as f64
+        };
+        let (raw, filtered) = (mean(&mesh.vertex_normals()), mean(&vertex_normals(&mesh, &result)));
+        assert!(filtered < 0.7 * raw, "{name}: {filtered} of {raw}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_the_result() {
+    let mesh = with_noise(&block(), 0.1, 3);
+    let adjacency = Adjacency::new(&mesh);
+    let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+    for method in DenoiseMethod::all_defaults() {
+        let with = |n| par::with_threads(Some(n), || denoise(&mesh, &adjacency, &tolerances, &method));
+        assert_eq!(with(1), with(2), "{}", method.name());
+    }
+}
+
+#[test]
+fn hostile_meshes_are_denoised_without_panic() {
+    let mut mesh = with_noise(&block(), 0.1, 4);
+    let tolerances = Tolerances::new(measure(&mesh, &Adjacency::new(&mesh)), None);
+    // A doubled triangle, a flipped one, one without area and one that uses a vertex twice.
+    let first = mesh.triangles[0];
+    mesh.triangles.extend([first, [first[2], first[1], first[0]], [5, 5, 6], [7, 7, 7]]);
+    for mesh in [mesh, Mesh::default(), Mesh { vertices: vec![Point3::origin()], triangles: vec![[0, 0, 0]] }] {
+        let adjacency = Adjacency::new(&mesh);
+        for method in DenoiseMethod::all_defaults() {
+            let result = denoise(&mesh, &adjacency, &tolerances, &method);
+            assert_eq!(result.triangle_normals.len(), mesh.triangles.len());
+            assert!(result.vertices.iter().all(|p| p.coords.iter().all(|c| c.is_finite())));
+        }
+    }
+}
+
+/// Every method's name, result and input on `clean` with white noise.
+fn each_method(clean: &Mesh, noise: f64) -> Vec<(&'static str, Denoised, Mesh)> {
+    let mesh = with_noise(clean, noise, 1);
+    let adjacency = Adjacency::new(&mesh);
+    let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+    DenoiseMethod::all_defaults()
+        .iter()
+        .map(|method| (method.name(), denoise(&mesh, &adjacency, &tolerances, method), mesh.clone()))
+        .collect()
+}
+
+fn largest_move(mesh: &Mesh, result: &Denoised) -> f64 {
+    mesh.vertices.iter().zip(&result.vertices).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+fn mean_angle(a: &[Vec3], b: &[Vec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| angle_between(a, b)).sum::<f64>() / a.len() as f64
+}
+
+fn block() -> Mesh {
+    let distance = |p: &Point3| box_distance(p, [0.0; 3], [20.0, 15.0, 10.0]);
+    scan(distance, [-23.3, -18.3, -13.3], [23.0, 18.0, 13.0], 1.0)
+}

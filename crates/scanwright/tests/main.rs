@@ -10,5 +10,6 @@ mod metamorphic;
 mod picture;
 mod readers;
 mod scans;
+mod scanned;
 mod step;
 mod untidy;

@@ -8,7 +8,7 @@
 //! Of normals: each triangle beside a sampled vertex is compared with the normal of its patch's quadric.
 //!
 //! Only noise that differs between neighbours is seen. What is correlated over more than a patch (fusion,
-//! registration) bends the quadric with it; see [`super::wavy_noise`].
+//! registration) bends the quadric with it.
 //! Cost is that of a bounded number of patches, O(vertices) only for the vertex normals. It fails, and reports too
 //! much, when no part of the surface is smooth over two rings.
 //! E. B. Wilson, M. M. Hilferty, "The distribution of chi-square", Proceedings of the National Academy of Sciences

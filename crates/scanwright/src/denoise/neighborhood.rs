@@ -76,8 +76,10 @@ impl Neighborhood {
         let deviation = reach * self.center_distance;
         let rows = par::map_indices(self.areas.len(), |t| {
             let weight = |&u: &TriId| {
-                let distance_sq = (self.centers[t] - self.centers[u as usize]).norm_squared();
-                self.areas[u as usize] * (-0.5 * distance_sq / (deviation * deviation)).exp()
+                let distance = (self.centers[t] - self.centers[u as usize]).norm();
+                // Without any extent (0 / 0) all triangles count alike.
+                let relative = if deviation > 0.0 { distance / deviation } else { 0.0 };
+                self.areas[u as usize] * (-0.5 * relative * relative).exp()
             };
             self.around(t).iter().map(weight).collect::<Vec<f64>>()
         });

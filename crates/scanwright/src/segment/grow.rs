@@ -41,13 +41,6 @@ pub(super) fn explore(
     // Rounded edges between the surfaces found so far are explained too: no seed is wasted on them.
     let mut cover = Cover::of(field, hypotheses.iter());
     let roughness = normal_roughness(field);
-    if std::env::var("DEV").is_ok() {
-        let mut r = roughness.clone();
-        for q in [0.1, 0.3, 0.5, 0.7] {
-            eprint!(" q{q} {:.4}", (crate::math::stats::quantile(&mut r, q).unwrap() / 2.0).sqrt());
-        }
-        eprintln!(" sigma_d/s {:.3}", field.weights.distance_sigma / field.spacing);
-    }
     let mut order: Vec<u32> = (0..field.len() as u32).collect();
     order.sort_by(|&a, &b| roughness[a as usize].total_cmp(&roughness[b as usize]).then(a.cmp(&b)));
     for &patch_size in patch_sizes {
@@ -68,10 +61,8 @@ pub(super) fn explore(
                 }
             }
             if batch.is_empty() {
-                eprintln!("   grown {}", NGROW.load(std::sync::atomic::Ordering::Relaxed));
                 break;
             }
-            NGROW.fetch_add(batch.len(), std::sync::atomic::Ordering::Relaxed);
             let grown = par::map(&batch, |&seed| {
                 let mut scratch = Scratch::new(field.len());
                 grow(field, seed, patch_size, &mut scratch)
@@ -249,5 +240,3 @@ pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scr
     let lack = crate::recognize::lack_of_fit(&choice.fit, &inner.points, field.weights.distance_sigma);
     Some(Hypothesis { fit: choice.fit, mean_cost: choice.mean_cost, lack, support })
 }
-
-static NGROW: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);

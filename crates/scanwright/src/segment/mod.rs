@@ -55,26 +55,18 @@ pub fn segment(
     tolerances: &Tolerances,
     options: &SegmentOptions,
 ) -> Segmentation {
-    let t0 = std::time::Instant::now();
     let mut field = Field::new(mesh, adjacency, normals, tolerances);
     let mut hypotheses = Vec::new();
     let mut labels = label::Labels::none(&field);
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {
         grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels);
-        eprintln!("T {:.2} explored {} round {round}", t0.elapsed().as_secs_f64(), hypotheses.len());
-        dump("explored", &field, &hypotheses);
         for _ in 0..2 {
             let (selected, _) = select::select(&field, &hypotheses);
-            eprintln!("T {:.2} selected {}", t0.elapsed().as_secs_f64(), selected.len());
             hypotheses.extend(alternatives(&field, &selected));
-            eprintln!("T {:.2} alternatives {}", t0.elapsed().as_secs_f64(), hypotheses.len());
             let (selected, cover) = select::select(&field, &hypotheses);
             labels = label::label(&field, &selected, &cover);
             field.adapt_noise(&labels);
-            eprintln!("T {:.2} labelled", t0.elapsed().as_secs_f64());
             hypotheses = refresh::refresh(&field, &labels);
-            eprintln!("T {:.2} refreshed {}", t0.elapsed().as_secs_f64(), hypotheses.len());
-            dump("refreshed", &field, &hypotheses);
         }
     }
     let (selected, cover) = select::select(&field, &hypotheses);
@@ -93,35 +85,3 @@ fn alternatives(field: &Field, selected: &[Hypothesis]) -> Vec<Hypothesis> {
 
 /// Vertices of a seed's first patch, per round: later rounds look for what is small.
 const PATCH_SIZES: [&[usize]; 3] = [&[40], &[20, 60], &[14, 30]];
-
-fn dump(what: &str, field: &Field, hyps: &[field::Hypothesis]) {
-    if std::env::var("DEV").is_err() {
-        return;
-    }
-    eprintln!("{what} {}", hyps.len());
-    let mut rows: Vec<_> = hyps.iter().collect();
-    rows.sort_by_key(|h| std::cmp::Reverse(h.support.len()));
-    for h in rows.iter().take(30) {
-        let m: f64 = h.support.iter().map(|s| f64::from(s.1)).sum::<f64>() / h.support.len() as f64;
-        let s = field.spacing;
-        let size = match h.fit.surface {
-            crate::surface::Surface::Plane(_) => String::new(),
-            crate::surface::Surface::Cylinder(c) => format!("r {:.1}", c.radius / s),
-            crate::surface::Surface::Cone(c) => {
-                format!("r {:.1} angle {:.1}", c.radius / s, c.half_angle.to_degrees())
-            }
-            crate::surface::Surface::Sphere(c) => format!("r {:.1}", c.radius / s),
-            crate::surface::Surface::Torus(c) => {
-                format!("R {:.1} r {:.1}", c.major_radius / s, c.minor_radius / s)
-            }
-        };
-        eprintln!(
-            "   {:?} {size} n {} mean {m:.2} interior {:.2} lack {:.2} out {}",
-            h.fit.surface.kind(),
-            h.support.len(),
-            h.mean_cost,
-            h.lack,
-            h.fit.outward
-        );
-    }
-}
