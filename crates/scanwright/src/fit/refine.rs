@@ -135,7 +135,7 @@ fn surface_is_sane(surface: &Surface) -> bool {
         Surface::Cone(s) => {
             s.radius > 0.0 && s.half_angle > 0.0 && s.half_angle < std::f64::consts::FRAC_PI_2
         }
-        Surface::Torus(s) => s.minor_radius > 0.0 && s.major_radius >= 0.0,
+        Surface::Torus(s) => s.minor_radius > 0.0 && s.major_radius > -s.minor_radius,
     }
 }
 

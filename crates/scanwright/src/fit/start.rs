@@ -187,5 +187,5 @@ fn torus(samples: &Samples, direction: UnitVec3) -> Option<Fit> {
     let origin: Point3 = axis.origin + direction.into_inner() * center.y;
     let torus =
         Torus { axis: Axis { origin, direction }, major_radius: center.x, minor_radius: radius.abs() };
-    (center.x > 0.0).then(|| Fit { surface: Surface::Torus(torus), outward: radius > 0.0 })
+    (center.x > -radius.abs()).then(|| Fit { surface: Surface::Torus(torus), outward: radius > 0.0 })
 }

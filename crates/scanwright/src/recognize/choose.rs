@@ -146,13 +146,19 @@ fn is_apart(a: &Fit, b: &Fit, samples: &Samples, limits: &Limits) -> bool {
     high(&mut lengths) > limits.min_departure || high(&mut tilts) > limits.min_tilt
 }
 
+/// Whether a torus with this ratio of radii is a shape of its own and not nearly a sphere.
+fn is_ring_or_lemon(ratio: f64) -> bool {
+    const NEARLY_SPHERE: f64 = 0.3;
+    ratio.abs() > NEARLY_SPHERE
+}
+
 /// Whether a scan can show this surface at all.
 fn is_possible(surface: &Surface, samples: &Samples, limits: &Limits) -> bool {
     match surface {
         Surface::Plane(_) => true,
         Surface::Cylinder(s) => s.radius >= limits.min_radius,
         Surface::Sphere(s) => s.radius >= limits.min_radius,
-        Surface::Torus(s) => s.minor_radius >= limits.min_radius && s.major_radius > 0.3 * s.minor_radius,
+        Surface::Torus(s) => s.minor_radius >= limits.min_radius && is_ring_or_lemon(s.major_radius / s.minor_radius),
         Surface::Cone(s) => {
             let heights = samples.points.iter().map(|p| s.axis.height(p));
             let (low, high) = heights.fold((f64::MAX, f64::MIN), |(lo, hi), h| (lo.min(h), hi.max(h)));

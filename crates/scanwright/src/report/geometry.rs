@@ -74,7 +74,8 @@ impl Geometry {
             Some(Surface::Torus(s)) => Self::Torus {
                 center: point(&s.axis.origin),
                 axis_direction: direction(&s.axis.direction),
-                major_radius: s.major_radius,
+                // The lemon of a spindle torus has the radii of the whole torus.
+                major_radius: s.major_radius.abs(),
                 minor_radius: s.minor_radius,
             },
         }

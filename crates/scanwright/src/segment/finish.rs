@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::bridge;
 use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::label::Labels;
@@ -30,6 +31,7 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: Labels, options: &Segme
     regions.flood(field, FLOOD_RINGS);
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
+    regions.join(field);
     let members = regions.members();
     let primitives = par::map_indices(regions.fits.len(), |k| {
         primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.len()))
@@ -130,6 +132,23 @@ impl Regions {
                 self.fits.push(None);
             }
         }
+    }
+
+    /// Makes one region of each surface seen in several pieces; regions are numbered anew.
+    fn join(&mut self, field: &Field) {
+        let (root, fits) = bridge::unions(field, &self.fits, &self.members());
+        let mut number = vec![0; root.len()];
+        let mut kept = Vec::new();
+        for k in 0..root.len() {
+            if root[k] == k {
+                number[k] = kept.len() as u32;
+                kept.push(fits[k]);
+            }
+        }
+        for label in self.of_vertex.iter_mut().flatten() {
+            *label = number[root[*label as usize]];
+        }
+        self.fits = kept;
     }
 
     fn members(&self) -> Vec<Vec<u32>> {

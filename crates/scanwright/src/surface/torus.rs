@@ -1,6 +1,7 @@
 use crate::math::{Axis, Point3, UnitVec3, any_perpendicular, try_unit};
 
-/// A torus. With `major_radius < minor_radius` (spindle torus) distances are to the outer part, the apple.
+/// A torus. With `major_radius < minor_radius` (spindle torus) it is the outer part, the apple; a negative major radius
+/// is the inner part, the lemon of the spindle torus with the opposite radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Torus {
     /// Axis of revolution; its origin is the centre.

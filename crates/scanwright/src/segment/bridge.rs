@@ -1,0 +1,128 @@
+//! One face seen in several pieces is one region.
+//!
+//! A bore seen from both mouths, a wall cut by a shadow: pieces of one surface that all end at holes of the scan. Two
+//! regions become one when both touch the scan's border and one surface describes them as well as their own do.
+//! Planes must touch the same border loop: coplanar pads are separate faces.
+
+use super::field::{Field, Scratch};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR};
+use crate::fit::{Fit, Samples, refine};
+use crate::par;
+use crate::recognize::COST_CAP;
+use crate::surface::SurfaceKind;
+
+/// Border vertices that a piece must have: fewer are a scratch, not an end.
+const MIN_BORDER: usize = 5;
+/// Samples per piece in a test.
+const N_TEST: usize = 200;
+/// Cost by which the joint surface may describe a piece worse than its own.
+const EXCESS: f64 = 0.5;
+
+/// The region that each region belongs to (itself, or the lowest of its union), and that region's surface.
+pub(super) fn unions(field: &Field, fits: &[Option<Fit>], members: &[Vec<u32>]) -> (Vec<usize>, Vec<Option<Fit>>) {
+    let loops = border_loops(field);
+    let pieces: Vec<Piece> = par::map_indices(fits.len(), |k| Piece::new(field, fits[k], &members[k], &loops));
+    let mut root: Vec<usize> = (0..fits.len()).collect();
+    let mut fits = fits.to_vec();
+    let pairs: Vec<(usize, usize)> = (0..pieces.len())
+        .flat_map(|a| (a + 1..pieces.len()).map(move |b| (a, b)))
+        .filter(|&(a, b)| pieces[a].may_join(&pieces[b]))
+        .collect();
+    let joint = par::map(&pairs, |&(a, b)| joint(field, &pieces[a], &pieces[b]));
+    for ((a, b), fit) in pairs.into_iter().zip(joint) {
+        let Some(fit) = fit else { continue };
+        let (a, b) = (find(&root, a), find(&root, b));
+        if a != b {
+            root[a.max(b)] = a.min(b);
+            fits[a.min(b)] = Some(fit);
+        }
+    }
+    ((0..root.len()).map(|k| find(&root, k)).collect(), fits)
+}
+
+fn find(root: &[usize], mut k: usize) -> usize {
+    while root[k] != k {
+        k = root[k];
+    }
+    k
+}
+
+/// A region with what joining needs.
+struct Piece {
+    fit: Option<Fit>,
+    loops: Vec<u32>,
+    n_border: usize,
+    n: usize,
+    samples: Samples,
+    mean_cost: f64,
+}
+
+impl Piece {
+    fn new(field: &Field, fit: Option<Fit>, members: &[u32], loops: &[u32]) -> Self {
+        let border: Vec<u32> = members.iter().copied().filter(|&v| field.on_boundary[v as usize]).collect();
+        let mut touched: Vec<u32> = border.iter().map(|&v| loops[v as usize]).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let mut scratch = Scratch::new(field.len());
+        let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
+        let samples = field.samples(&interior, N_TEST);
+        let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(field, &fit, &samples));
+        Self { fit, loops: touched, n_border: border.len(), n: members.len(), samples, mean_cost }
+    }
+
+    fn may_join(&self, other: &Self) -> bool {
+        let (Some(a), Some(b)) = (self.fit, other.fit) else { return false };
+        let ends = self.n_border >= MIN_BORDER && other.n_border >= MIN_BORDER;
+        let planes = a.surface.kind() == SurfaceKind::Plane || b.surface.kind() == SurfaceKind::Plane;
+        let same_loop = self.loops.iter().any(|l| other.loops.contains(l));
+        ends && a.outward == b.outward && (same_loop || !planes)
+    }
+}
+
+/// The surface of both pieces, if there is one.
+fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
+    let (large, small) = if a.n >= b.n { (a, b) } else { (b, a) };
+    let start = large.fit?;
+    // Hopeless pairs are most of them: the large piece's surface must come near the small one.
+    let reach = large.fit.map_or(f64::MAX, |fit| mean_cost(field, &fit, &small.samples));
+    let back = small.fit.map_or(f64::MAX, |fit| mean_cost(field, &fit, &large.samples));
+    if reach.min(back) > 0.8 * COST_CAP {
+        return None;
+    }
+    let both = Samples {
+        points: large.samples.points.iter().chain(&small.samples.points).copied().collect(),
+        normals: large.samples.normals.iter().chain(&small.samples.normals).copied().collect(),
+    };
+    let fit = refine(&start, &both, &field.weights, 20)?;
+    let as_good = |piece: &Piece| mean_cost(field, &fit, &piece.samples) < 1.3 * piece.mean_cost + EXCESS;
+    (as_good(large) && as_good(small)).then_some(fit)
+}
+
+fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
+    let sum: f64 =
+        samples.points.iter().zip(&samples.normals).map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP)).sum();
+    sum / samples.points.len().max(1) as f64
+}
+
+/// One per vertex: its connected piece of the scan's border; `u32::MAX` inside.
+fn border_loops(field: &Field) -> Vec<u32> {
+    let mut loops = vec![u32::MAX; field.len()];
+    let mut n_loops = 0;
+    for start in 0..field.len() {
+        if !field.on_boundary[start] || loops[start] != u32::MAX {
+            continue;
+        }
+        loops[start] = n_loops;
+        let mut stack = vec![start as u32];
+        while let Some(v) = stack.pop() {
+            for &u in field.rings.row(v as usize) {
+                if field.on_boundary[u as usize] && loops[u as usize] == u32::MAX {
+                    loops[u as usize] = n_loops;
+                    stack.push(u);
+                }
+            }
+        }
+        n_loops += 1;
+    }
+    loops
+}
