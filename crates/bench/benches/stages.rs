@@ -20,7 +20,13 @@ const SIZES: [usize; 3] = [10_000, 40_000, 160_000];
 const SMALL_SIZES: [usize; 2] = [10_000, 40_000];
 
 fn read(c: &mut Criterion) {
-    each(c, "read PLY", &SIZES, |mesh| io::write_ply(mesh, None, None), |bytes| io::read_mesh(bytes, "x.ply"));
+    each(
+        c,
+        "read PLY",
+        &SIZES,
+        |mesh| io::write_ply(mesh, None, None),
+        |bytes| io::read_mesh(bytes, "x.ply"),
+    );
 }
 
 fn adjacency(c: &mut Criterion) {

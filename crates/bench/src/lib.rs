@@ -24,10 +24,8 @@ pub fn bushing(n_triangles: usize) -> Mesh {
     let corner = |k: usize| OUTLINE[k % OUTLINE.len()];
     let sides: Vec<_> = (0..OUTLINE.len()).map(|k| (corner(k), corner(k + 1))).collect();
     let length_of = |((r0, z0), (r1, z1)): ((f64, f64), (f64, f64))| (r1 - r0).hypot(z1 - z0);
-    let area: f64 = sides
-        .iter()
-        .map(|&side| length_of(side) * std::f64::consts::PI * (side.0.0 + side.1.0))
-        .sum();
+    let area: f64 =
+        sides.iter().map(|&side| length_of(side) * std::f64::consts::PI * (side.0.0 + side.1.0)).sum();
     let spacing = (2.0 * area / n_triangles as f64).sqrt();
     let mut profile = Vec::new();
     for &side in &sides {

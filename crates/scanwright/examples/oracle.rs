@@ -61,7 +61,8 @@ fn main() {
         )
         .expect("stderr");
     }
-    std::fs::write(&arguments[2], write(&built.solids, &StepOptions::default())).expect("the output can be written");
+    std::fs::write(&arguments[2], write(&built.solids, &StepOptions::default()))
+        .expect("the output can be written");
 }
 
 struct Reader<'a> {
@@ -99,7 +100,9 @@ impl Reader<'_> {
                 Some(Surface::Plane(Plane { point: axis.origin, normal: axis.direction }))
             }
             1 => Some(Surface::Cylinder(Cylinder { axis: self.axis(), radius: self.real() })),
-            2 => Some(Surface::Cone(Cone { axis: self.axis(), radius: self.real(), half_angle: self.real() })),
+            2 => {
+                Some(Surface::Cone(Cone { axis: self.axis(), radius: self.real(), half_angle: self.real() }))
+            }
             3 => Some(Surface::Sphere(Sphere { center: self.point(), radius: self.real() })),
             4 => Some(Surface::Torus(Torus {
                 axis: self.axis(),

@@ -249,9 +249,7 @@ fn mean_distance(t: f64, spot: f64) -> f64 {
 
 fn polygon_area(outline: &[Point3]) -> f64 {
     let n = outline.len();
-    let doubled: f64 = (0..n)
-        .map(|i| (outline[i], outline[(i + 1) % n]))
-        .map(|(a, b)| a.x * b.y - b.x * a.y)
-        .sum();
+    let doubled: f64 =
+        (0..n).map(|i| (outline[i], outline[(i + 1) % n])).map(|(a, b)| a.x * b.y - b.x * a.y).sum();
     0.5 * doubled.abs()
 }

@@ -28,16 +28,42 @@ fn zz_probe() {
         let adjacency = Adjacency::new(&mesh);
         let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
         let truth = clean.triangle_normals();
-        let edge: Vec<bool> = (0..truth.len()).map(|t| box_distance(&clean.triangle_center(t), [0.0;3],[18.0,13.0,8.0]) > 2.3 || {
-            let p = clean.triangle_center(t); let n=[p.x.abs()>18.0,p.y.abs()>13.0,p.z.abs()>8.0]; n.iter().filter(|x|**x).count()>1 }).collect();
+        let edge: Vec<bool> = (0..truth.len())
+            .map(|t| {
+                box_distance(&clean.triangle_center(t), [0.0; 3], [18.0, 13.0, 8.0]) > 2.3 || {
+                    let p = clean.triangle_center(t);
+                    let n = [p.x.abs() > 18.0, p.y.abs() > 13.0, p.z.abs() > 8.0];
+                    n.iter().filter(|x| **x).count() > 1
+                }
+            })
+            .collect();
         let mut run = |m: DenoiseMethod| {
             let r = denoise(&mesh, &adjacency, &tolerances, &m);
-            let e = |k: bool| { let v: Vec<f64> = (0..truth.len()).filter(|t| edge[*t]==k).map(|t| angle_between(&truth[t], &r.triangle_normals[t])).collect(); v.iter().sum::<f64>()/v.len() as f64*57.3 };
-            println!("{noise} {m:?} all {:.2} inner {:.2} edge {:.2}", mean_angle(&truth, &r.triangle_normals)*57.3, e(false), e(true));
+            let e = |k: bool| {
+                let v: Vec<f64> = (0..truth.len())
+                    .filter(|t| edge[*t] == k)
+                    .map(|t| angle_between(&truth[t], &r.triangle_normals[t]))
+                    .collect();
+                v.iter().sum::<f64>() / v.len() as f64 * 57.3
+            };
+            println!(
+                "{noise} {m:?} all {:.2} inner {:.2} edge {:.2}",
+                mean_angle(&truth, &r.triangle_normals) * 57.3,
+                e(false),
+                e(true)
+            );
         };
-        for m in DenoiseMethod::all_defaults() { run(m); }
-        for (range_sigmas, reach, max_rounds) in [(1.0,1.0,10),(1.0,2.0,20),(1.5,2.0,20),(2.5,2.0,20),(2.5,2.0,40)] { run(DenoiseMethod::Guided(Guided{range_sigmas,reach,max_rounds})); }
-        for (range_sigmas, reach, max_rounds) in [(2.0,1.0,20),(2.0,2.0,20)] { run(DenoiseMethod::Bilateral(Bilateral{range_sigmas,reach,max_rounds})); }
+        for m in DenoiseMethod::all_defaults() {
+            run(m);
+        }
+        for (range_sigmas, reach, max_rounds) in
+            [(1.0, 1.0, 10), (1.0, 2.0, 20), (1.5, 2.0, 20), (2.5, 2.0, 20), (2.5, 2.0, 40)]
+        {
+            run(DenoiseMethod::Guided(Guided { range_sigmas, reach, max_rounds }));
+        }
+        for (range_sigmas, reach, max_rounds) in [(2.0, 1.0, 20), (2.0, 2.0, 20)] {
+            run(DenoiseMethod::Bilateral(Bilateral { range_sigmas, reach, max_rounds }));
+        }
     }
 }
 
@@ -156,7 +182,8 @@ fn hostile_meshes_are_denoised_without_panic() {
     // A doubled triangle, a flipped one, one without area and one that uses a vertex twice.
     let first = mesh.triangles[0];
     mesh.triangles.extend([first, [first[2], first[1], first[0]], [5, 5, 6], [7, 7, 7]]);
-    for mesh in [mesh, Mesh::default(), Mesh { vertices: vec![Point3::origin()], triangles: vec![[0, 0, 0]] }] {
+    for mesh in [mesh, Mesh::default(), Mesh { vertices: vec![Point3::origin()], triangles: vec![[0, 0, 0]] }]
+    {
         let adjacency = Adjacency::new(&mesh);
         for method in DenoiseMethod::all_defaults() {
             let result = denoise(&mesh, &adjacency, &tolerances, &method);

@@ -9,7 +9,7 @@ mod denoise;
 mod metamorphic;
 mod picture;
 mod readers;
-mod scans;
 mod scanned;
+mod scans;
 mod step;
 mod untidy;

@@ -110,7 +110,8 @@ fn for_each(n: [usize; 3], mut f: impl FnMut([usize; 3])) {
 pub fn with_noise(mesh: &Mesh, sigma: f64, seed: u64) -> Mesh {
     let mut random = Rng::for_task(seed, "scanned", 0);
     let normals = mesh.vertex_normals();
-    let vertices = mesh.vertices.iter().zip(normals).map(|(p, n)| p + n * (sigma * random.normal())).collect();
+    let vertices =
+        mesh.vertices.iter().zip(normals).map(|(p, n)| p + n * (sigma * random.normal())).collect();
     Mesh { vertices, triangles: mesh.triangles.clone() }
 }
 

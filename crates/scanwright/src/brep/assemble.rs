@@ -5,7 +5,9 @@ use super::curve::Curve;
 use super::freeform::Fitted;
 use super::geometry::{Corners, Course, edge_samples};
 use super::meet::Field;
-use super::solid::{Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId};
+use super::solid::{
+    Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId,
+};
 use super::split::Patch;
 use crate::math::{Frame, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 use crate::mesh::Mesh;
@@ -42,7 +44,13 @@ pub(super) fn chain_edges(
     })
 }
 
-fn chain_edge(course: &Course, start: &Point3, end: &Point3, spacing: f64, rounding: f64) -> Option<ChainEdge> {
+fn chain_edge(
+    course: &Course,
+    start: &Point3,
+    end: &Point3,
+    spacing: f64,
+    rounding: f64,
+) -> Option<ChainEdge> {
     /// In spacings: samples this close to a line or conic are one; half of the largest default gap.
     const RECOGNISE: f64 = 0.02;
     /// Fewest and most samples of an edge: a conic needs five; beyond eighty a spline only copies noise.
@@ -67,7 +75,8 @@ fn chain_edge(course: &Course, start: &Point3, end: &Point3, spacing: f64, round
 
 /// Largest distance of a curve from the real surfaces it belongs to and from its corners.
 fn curve_gap(curve: &Curve, course: &Course, start: &Point3, end: &Point3, n: usize) -> f64 {
-    let surfaces = course.fields.iter().filter_map(|f| if let Field::Surface(s) = f { Some(s) } else { None });
+    let surfaces =
+        course.fields.iter().filter_map(|f| if let Field::Surface(s) = f { Some(s) } else { None });
     let points = curve.sample(start, end, 2 * n);
     let off = surfaces.flat_map(|s| points.iter().map(|p| s.signed_distance(p).abs())).fold(0.0, f64::max);
     let ends = curve.distance_to_end(start).max(curve.distance_to_end(end));
@@ -95,7 +104,8 @@ pub(super) fn solids(parts: &Parts) -> Vec<Solid> {
     (0..n)
         .filter_map(|c| {
             let inside = |p: &Patch| component[p.triangles[0] as usize] as usize == c;
-            let patches: Vec<usize> = (0..parts.patches.len()).filter(|p| inside(&parts.patches[*p])).collect();
+            let patches: Vec<usize> =
+                (0..parts.patches.len()).filter(|p| inside(&parts.patches[*p])).collect();
             solid(parts, &patches)
         })
         .collect()
@@ -119,7 +129,8 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
                 if parts.edges[chain].is_none() {
                     continue;
                 }
-                let edge = *edge_of[chain].get_or_insert_with(|| add_edge(&mut solid, &mut vertex_of, parts, chain));
+                let edge =
+                    *edge_of[chain].get_or_insert_with(|| add_edge(&mut solid, &mut vertex_of, parts, chain));
                 uses.push(EdgeUse { edge, forward });
             }
             if !uses.is_empty() {
@@ -130,7 +141,13 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
         if loops.is_empty() && !whole_sphere {
             continue;
         }
-        let Some(geometry) = patch.surface.map(Geometry::Analytic).or_else(|| parts.splines[p].as_ref().map(|s| Geometry::Spline(s.surface.clone()))) else { continue };
+        let Some(geometry) = patch
+            .surface
+            .map(Geometry::Analytic)
+            .or_else(|| parts.splines[p].as_ref().map(|s| Geometry::Spline(s.surface.clone())))
+        else {
+            continue;
+        };
         if let (None, Some(spline)) = (patch.surface, &parts.splines[p]) {
             solid.gap = solid.gap.max(spline.border_gap);
         }
@@ -150,7 +167,8 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
             same_sense: same_sense(geometry, parts.mesh, patch),
             loops,
             region: RegionId(patch.region),
-            assumed: 2 * patch.triangles.iter().filter(|t| parts.assumed[**t as usize]).count() > patch.triangles.len(),
+            assumed: 2 * patch.triangles.iter().filter(|t| parts.assumed[**t as usize]).count()
+                > patch.triangles.len(),
         };
         solid.faces.push(face);
     }
@@ -272,11 +290,8 @@ fn sphere_placement(center: &Point3, mesh: &Mesh, patch: &Patch) -> Frame {
 
 /// Puts the longest loop of each face first.
 fn order_loops(solid: &mut Solid) {
-    let extent: Vec<Vec<f64>> = solid
-        .faces
-        .iter()
-        .map(|face| face.loops.iter().map(|l| loop_extent(solid, l)).collect())
-        .collect();
+    let extent: Vec<Vec<f64>> =
+        solid.faces.iter().map(|face| face.loops.iter().map(|l| loop_extent(solid, l)).collect()).collect();
     for (face, extent) in solid.faces.iter_mut().zip(extent) {
         let longest = (0..extent.len()).max_by(|a, b| extent[*a].total_cmp(&extent[*b]).then(b.cmp(a)));
         if let Some(i) = longest {

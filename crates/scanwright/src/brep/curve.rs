@@ -205,8 +205,7 @@ fn oriented_plane(samples: &[Point3], tolerance: f64) -> Option<Frame> {
         return None;
     }
     // Counter-clockwise: turning at every corner of the polyline, summed.
-    let turning: f64 =
-        samples.windows(3).map(|w| (w[1] - w[0]).cross(&(w[2] - w[1])).dot(&z)).sum();
+    let turning: f64 = samples.windows(3).map(|w| (w[1] - w[0]).cross(&(w[2] - w[1])).dot(&z)).sum();
     if turning < 0.0 {
         z = -z;
     }

@@ -3,9 +3,9 @@
 //! Coordinates are lengths (angles times a radius), counted from the side opposite the frame's seam, so that a face
 //! placed by its builder never meets a jump. Right-handed with the natural normal.
 
-use super::solid::{Face, Geometry, Loop, Solid};
 use super::assemble::use_points;
 use super::curve::Curve;
+use super::solid::{Face, Geometry, Loop, Solid};
 use crate::math::{Frame, Point3};
 use crate::surface::Surface;
 use crate::surface::bspline::SplineSurface;
@@ -85,7 +85,9 @@ impl<'a> Domain<'a> {
                     let scale = self.cone_radius(s);
                     polar(u / scale, self.radius_at_origin(s) + height * s.half_angle.tan(), height)
                 }
-                Surface::Sphere(s) => polar(u / s.radius, s.radius * (v / s.radius).cos(), s.radius * (v / s.radius).sin()),
+                Surface::Sphere(s) => {
+                    polar(u / s.radius, s.radius * (v / s.radius).cos(), s.radius * (v / s.radius).sin())
+                }
                 Surface::Torus(s) => {
                     let angle = v / s.minor_radius + self.tube_zero;
                     let radius = s.major_radius + s.minor_radius * angle.cos();

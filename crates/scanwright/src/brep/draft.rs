@@ -52,7 +52,8 @@ impl Draft {
         let spacing = tolerances.spacing();
         self.courses = courses(mesh, &self.topology, &self.patches, spacing);
         self.corners = corners(mesh, &self.topology, &self.courses, spacing);
-        self.edges = chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
+        self.edges =
+            chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
     }
 
     /// Sum of what edges and corners are off by beyond a tolerance.
@@ -137,7 +138,9 @@ impl Draft {
                 }
             }
         }
-        let Some(&(region, _)) = counts.iter().max_by_key(|c| (c.1, std::cmp::Reverse(c.0))) else { return false };
+        let Some(&(region, _)) = counts.iter().max_by_key(|c| (c.1, std::cmp::Reverse(c.0))) else {
+            return false;
+        };
         for &t in &self.patches[p].triangles {
             labels[t as usize] = region;
         }
@@ -206,7 +209,11 @@ impl Draft {
             }
         }
         if self.topology.chains.iter().any(|c| c.right.is_none()) {
-            issues.push(Issue::new(IssueCode::OpenShell, None, "the mesh has holes: the shell is open".into()));
+            issues.push(Issue::new(
+                IssueCode::OpenShell,
+                None,
+                "the mesh has holes: the shell is open".into(),
+            ));
         }
     }
 }

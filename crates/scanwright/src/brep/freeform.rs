@@ -62,7 +62,13 @@ pub(super) fn folded_share(mesh: &Mesh, triangles: &[u32], frame: &Frame) -> f64
 }
 
 /// The spline of a patch, through `border` within `tolerance` where that can be had.
-pub(super) fn fit(mesh: &Mesh, patch: &Patch, border: &[Point3], spacing: f64, tolerance: f64) -> Option<Fitted> {
+pub(super) fn fit(
+    mesh: &Mesh,
+    patch: &Patch,
+    border: &[Point3],
+    spacing: f64,
+    tolerance: f64,
+) -> Option<Fitted> {
     let frame = turned(&base_frame(mesh, &patch.triangles), mesh, &patch.triangles);
     let mut vertices: Vec<u32> = patch.triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).collect();
     vertices.sort_unstable();

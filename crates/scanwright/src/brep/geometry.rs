@@ -54,7 +54,8 @@ fn smooth(mesh: &Mesh, chain: &Chain) -> Vec<Point3> {
     for _ in 0..PASSES {
         let before = points.clone();
         for i in 1..points.len().saturating_sub(1) {
-            points[i] = Point3::from((before[i - 1].coords + before[i].coords * 2.0 + before[i + 1].coords) * 0.25);
+            points[i] =
+                Point3::from((before[i - 1].coords + before[i].coords * 2.0 + before[i + 1].coords) * 0.25);
         }
     }
     points
@@ -83,8 +84,10 @@ fn chain_fields(chain: &Chain, patches: &[Patch], points: &[Point3], spacing: f6
 
 /// The cut between two patches of one region that the chain lies nearest to.
 fn separating_plane(left: &Patch, right: &Patch, points: &[Point3]) -> Option<Field> {
-    let differing = left.cuts.iter().zip(&right.cuts).filter(|(a, b)| a.above != b.above).map(|(a, _)| a.plane);
-    let off = |plane: &crate::surface::Plane| points.iter().map(|p| plane.signed_distance(p).abs()).sum::<f64>();
+    let differing =
+        left.cuts.iter().zip(&right.cuts).filter(|(a, b)| a.above != b.above).map(|(a, _)| a.plane);
+    let off =
+        |plane: &crate::surface::Plane| points.iter().map(|p| plane.signed_distance(p).abs()).sum::<f64>();
     differing.min_by(|a, b| off(a).total_cmp(&off(b))).map(Field::Plane)
 }
 
@@ -101,14 +104,17 @@ fn tangent_field(a: &Surface, b: &Surface, points: &[Point3], spacing: f64) -> O
         return None;
     }
     let middle = points[n / 2];
-    let along = if n > 2 { points[(n / 2 + 1).min(n - 1)] - points[n / 2 - 1] } else { points[1] - points[0] };
+    let along =
+        if n > 2 { points[(n / 2 + 1).min(n - 1)] - points[n / 2 - 1] } else { points[1] - points[0] };
     let extra = contact_field(a, b, &middle, &along)?;
     let fields = [Field::Surface(*a), Field::Surface(*b), extra];
     let met: Vec<_> = probes.iter().map(|p| meet(p, &fields, CORNER_REACH * spacing, PARALLEL)).collect();
     let at: Vec<Point3> = met.iter().map(|m| m.point).collect();
     let residual = met.iter().map(|m| m.residual).sum::<f64>() / N_PROBES as f64;
     let moved = met.iter().map(|m| m.moved).sum::<f64>() / N_PROBES as f64;
-    let tangent = mean(&angle, &at) < TANGENT && residual < TANGENT_RESIDUAL * spacing && moved < TANGENT_MOVE * spacing;
+    let tangent = mean(&angle, &at) < TANGENT
+        && residual < TANGENT_RESIDUAL * spacing
+        && moved < TANGENT_MOVE * spacing;
     tangent.then_some(extra)
 }
 
@@ -143,7 +149,8 @@ pub(super) fn corners(mesh: &Mesh, topology: &Topology, courses: &[Course], spac
             let corner = |v: VertId| solved.corner_of[v as usize].map(|c| solved.corners[c as usize].point);
             let (Some(p), Some(q)) = (corner(chain.start()), corner(chain.end())) else { continue };
             let course_direction: Vec3 = course.points[course.points.len() - 1] - course.points[0];
-            let reversed = (q - p).dot(&course_direction) <= 0.0 && (q - p).norm() < REVERSED_DISTANCE * spacing;
+            let reversed =
+                (q - p).dot(&course_direction) <= 0.0 && (q - p).norm() < REVERSED_DISTANCE * spacing;
             if (q - p).norm() < MERGE_DISTANCE * spacing || reversed {
                 group[a.max(b) as usize] = a.min(b);
                 merged = true;
@@ -166,7 +173,13 @@ fn root(group: &mut [VertId], v: VertId) -> VertId {
     v
 }
 
-fn solve(mesh: &Mesh, topology: &Topology, courses: &[Course], group: &mut [VertId], spacing: f64) -> Corners {
+fn solve(
+    mesh: &Mesh,
+    topology: &Topology,
+    courses: &[Course],
+    group: &mut [VertId],
+    spacing: f64,
+) -> Corners {
     let mut corner_of = vec![None; mesh.vertices.len()];
     let mut members: Vec<Vec<VertId>> = Vec::new();
     let mut incident: Vec<Vec<usize>> = Vec::new();
@@ -215,7 +228,13 @@ fn distinct_fields(chains: &[usize], courses: &[Course]) -> Vec<Field> {
 ///
 /// The course is trimmed at both ends, where the mesh is rounded, stretched to the corners, resampled and moved onto
 /// the fields. Samples that run back past a corner are dropped.
-pub(super) fn edge_samples(course: &Course, start: &Point3, end: &Point3, n: usize, spacing: f64) -> Vec<Point3> {
+pub(super) fn edge_samples(
+    course: &Course,
+    start: &Point3,
+    end: &Point3,
+    n: usize,
+    spacing: f64,
+) -> Vec<Point3> {
     /// Course points dropped at each end: a corner of the mesh is rounded over about this many edges.
     const TRIM: usize = 2;
     /// Relative singular value below which a crossing is left to the mesh: about nine degrees between the normals.

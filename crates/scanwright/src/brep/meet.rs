@@ -149,10 +149,10 @@ pub(super) fn contact_field(a: &Surface, b: &Surface, center: &Point3, along: &V
     let direction = try_unit(*along)?;
     /// Cosine between chain and spine from which the chain runs along the spine.
     const ALONG: f64 = 0.8;
-    let runs_along = |s: &&Surface| {
-        spine_direction(s, center).is_some_and(|d| d.dot(&direction).abs() > ALONG)
-    };
-    let spine = [blend, support].into_iter().find(runs_along).map_or(Spine::Fixed(direction), |s| Spine::Of(*s));
+    let runs_along =
+        |s: &&Surface| spine_direction(s, center).is_some_and(|d| d.dot(&direction).abs() > ALONG);
+    let spine =
+        [blend, support].into_iter().find(runs_along).map_or(Spine::Fixed(direction), |s| Spine::Of(*s));
     scale.is_finite().then_some(Field::Contact { pair: [*support, *blend], spine, scale })
 }
 
@@ -173,7 +173,8 @@ fn across_tube(support: &Surface, blend: &Surface, center: &Point3, along: &Vec3
     });
     let runs_round = |d: &UnitVec3| d.cross(along).norm() > ROUND * along.norm();
     let straight = |s: &Surface| !matches!(s, Surface::Torus(_));
-    let (first, second) = if straight(support) { (directions[0], directions[1]) } else { (directions[1], directions[0]) };
+    let (first, second) =
+        if straight(support) { (directions[0], directions[1]) } else { (directions[1], directions[0]) };
     let normal = first.or(second).filter(runs_round)?;
     let point = [support, blend]
         .iter()

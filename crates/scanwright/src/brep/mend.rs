@@ -45,7 +45,8 @@ impl<'a> Bench<'a> {
         let kept = std::mem::replace(&mut self.labels, labels);
         let mut spacing_labels = self.labels.clone();
         labels::clean(&self.closed.mesh, &self.half_edges, &mut spacing_labels, self.tolerances.spacing());
-        let draft = Draft::new(self.closed, &self.half_edges, &spacing_labels, &self.surfaces, self.tolerances);
+        let draft =
+            Draft::new(self.closed, &self.half_edges, &spacing_labels, &self.surfaces, self.tolerances);
         if draft.collapsed().is_empty() && draft.excess(self.tolerances.gap()) < before {
             (self.labels, self.draft) = (spacing_labels, draft);
             return true;
@@ -196,7 +197,8 @@ fn weakest(draft: &Draft, limit: f64) -> Option<u32> {
         size[patch.region as usize] += patch.triangles.len();
     }
     for (chain, edge) in draft.topology.chains.iter().zip(&draft.edges) {
-        let corner = |v: u32| draft.corners.corner_of[v as usize].map(|c| draft.corners.corners[c as usize].residual);
+        let corner =
+            |v: u32| draft.corners.corner_of[v as usize].map(|c| draft.corners.corners[c as usize].residual);
         let ends = [chain.start(), chain.end()].into_iter().filter_map(corner).map(|r| (r - limit).max(0.0));
         let off = ends.sum::<f64>() + edge.as_ref().map_or(0.0, |e| (e.gap - limit).max(0.0));
         for p in [Some(chain.left), chain.right].into_iter().flatten() {
@@ -207,5 +209,8 @@ fn weakest(draft: &Draft, limit: f64) -> Option<u32> {
         }
     }
     let score = |r: usize| excess[r] / (size[r] as f64).sqrt();
-    (0..n).filter(|r| excess[*r] > 0.0).max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a))).map(|r| r as u32)
+    (0..n)
+        .filter(|r| excess[*r] > 0.0)
+        .max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a)))
+        .map(|r| r as u32)
 }

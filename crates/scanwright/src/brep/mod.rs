@@ -10,10 +10,10 @@ mod domain;
 mod draft;
 mod freeform;
 mod geometry;
-mod mend;
 mod halfedge;
 mod labels;
 mod meet;
+mod mend;
 mod settle;
 mod solid;
 mod split;
@@ -22,10 +22,10 @@ mod tessellate;
 pub use build::build;
 pub use check::{Problem, Validity, check, validity};
 pub use curve::Curve;
-pub use tessellate::{Tessellation, tessellate};
 pub use solid::{
     Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId,
 };
+pub use tessellate::{Tessellation, tessellate};
 
 use crate::mesh::Mesh;
 use crate::recognize::Primitive;

@@ -76,7 +76,9 @@ impl Round<'_> {
                     }
                 }
             }
-            let Some(edge) = edge.as_ref().filter(|e| e.gap > tolerance && e.gap < WRONG * spacing) else { continue };
+            let Some(edge) = edge.as_ref().filter(|e| e.gap > tolerance && e.gap < WRONG * spacing) else {
+                continue;
+            };
             for r in regions {
                 pulls[r].extend(&edge.samples);
             }
@@ -134,9 +136,11 @@ fn refit(
     };
     /// A good start: a handful of steps reach the minimum.
     const MAX_ITERATIONS: usize = 8;
-    let retract = |s: &Surface, d: &nalgebra::SVector<f64, 8>| perturbed(s, &std::array::from_fn(|i| d[i]), extent);
+    let retract =
+        |s: &Surface, d: &nalgebra::SVector<f64, 8>| perturbed(s, &std::array::from_fn(|i| d[i]), extent);
     let (found, ..) = minimize(start, MAX_ITERATIONS, linearize, retract);
-    let mean_sq = holding.iter().map(|p| found.signed_distance(p).powi(2)).sum::<f64>() / holding.len() as f64;
+    let mean_sq =
+        holding.iter().map(|p| found.signed_distance(p).powi(2)).sum::<f64>() / holding.len() as f64;
     let turned = holding.iter().all(|p| found.normal(p).dot(&original.normal(p)) > 0.0);
     (turned && mean_sq.sqrt() <= MAX_MOVE * spacing).then_some(found)
 }
@@ -154,7 +158,11 @@ fn centered(surface: &Surface, center: &Point3) -> Surface {
         Surface::Cone(s) => {
             let radius = s.radius + s.axis.height(center) * s.half_angle.tan();
             let axis = Axis { origin: s.axis.foot(center), ..s.axis };
-            if radius > 0.0 { Surface::Cone(Cone { axis, radius, half_angle: s.half_angle }) } else { *surface }
+            if radius > 0.0 {
+                Surface::Cone(Cone { axis, radius, half_angle: s.half_angle })
+            } else {
+                *surface
+            }
         }
         Surface::Sphere(_) | Surface::Torus(_) => *surface,
     }
@@ -178,7 +186,9 @@ fn perturbed(surface: &Surface, d: &[f64; 8], extent: f64) -> Option<Surface> {
         Surface::Plane(s) => {
             Surface::Plane(Plane { point: s.point + s.normal.into_inner() * d[2], normal: turn(&s.normal) })
         }
-        Surface::Cylinder(s) => Surface::Cylinder(Cylinder { axis: axis(&s.axis), radius: positive(s.radius + d[4])? }),
+        Surface::Cylinder(s) => {
+            Surface::Cylinder(Cylinder { axis: axis(&s.axis), radius: positive(s.radius + d[4])? })
+        }
         Surface::Cone(s) => {
             let half_angle = s.half_angle + d[5] / extent;
             if half_angle <= CONE_MARGIN || half_angle >= std::f64::consts::FRAC_PI_2 - CONE_MARGIN {

@@ -56,7 +56,13 @@ pub(super) fn patches(
     for (t, c) in component.iter().enumerate() {
         members[*c as usize].push(t as u32);
     }
-    let mut work = Cutter { mesh, half_edges, key: component, planes: vec![Vec::new(); n], corners: corners(mesh, half_edges, labels) };
+    let mut work = Cutter {
+        mesh,
+        half_edges,
+        key: component,
+        planes: vec![Vec::new(); n],
+        corners: corners(mesh, half_edges, labels),
+    };
     for (c, triangles) in members.iter().enumerate() {
         let label = labels[triangles[0] as usize];
         match &surfaces[label as usize] {
@@ -83,7 +89,9 @@ fn corners(mesh: &Mesh, half_edges: &HalfEdges, labels: &[u32]) -> Vec<Point3> {
         .filter(|v| {
             let leaving = half_edges.leaving(*v);
             let borders = leaving.iter().filter(|h| {
-                half_edges.twin(**h).is_none_or(|g| labels[HalfEdges::triangle(g)] != labels[HalfEdges::triangle(**h)])
+                half_edges
+                    .twin(**h)
+                    .is_none_or(|g| labels[HalfEdges::triangle(g)] != labels[HalfEdges::triangle(**h)])
             });
             borders.count() > 2
         })
@@ -102,9 +110,8 @@ impl Cutter<'_> {
             }
             Surface::Torus(torus) => {
                 self.cut_round(c, triangles, &border, &torus.axis);
-                let about_spine = |p: &Point3| {
-                    torus.axis.height(p).atan2(torus.axis.radial(p).norm() - torus.major_radius)
-                };
+                let about_spine =
+                    |p: &Point3| torus.axis.height(p).atan2(torus.axis.radial(p).norm() - torus.major_radius);
                 if self.goes_round(triangles, &border, about_spine) {
                     let plane = Plane { point: torus.axis.origin, normal: torus.axis.direction };
                     self.add(c, &border, plane);
@@ -119,12 +126,20 @@ impl Cutter<'_> {
                 let pole = try_unit(outward).or_else(|| try_unit(sum)).unwrap_or_else(Vec3::z_axis);
                 let widest = triangles
                     .iter()
-                    .map(|t| crate::math::angle_between(&(self.mesh.triangle_center(*t as usize) - sphere.center), &pole))
+                    .map(|t| {
+                        crate::math::angle_between(
+                            &(self.mesh.triangle_center(*t as usize) - sphere.center),
+                            &pole,
+                        )
+                    })
                     .fold(0.0, f64::max);
                 if widest > WIDEST_CAP {
                     let axis = Axis { origin: sphere.center, direction: pole };
                     let first = self.best_plane(&border, &axis);
-                    let second = Plane { point: sphere.center, normal: UnitVec3::new_normalize(pole.cross(&first.normal)) };
+                    let second = Plane {
+                        point: sphere.center,
+                        normal: UnitVec3::new_normalize(pole.cross(&first.normal)),
+                    };
                     self.add(c, &border, first);
                     self.add(c, &border, second);
                 }
@@ -182,9 +197,7 @@ impl Cutter<'_> {
         triangles
             .iter()
             .flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
-            .filter(|h| {
-                self.half_edges.twin(*h).is_none_or(|g| self.key[HalfEdges::triangle(g)] != c)
-            })
+            .filter(|h| self.half_edges.twin(*h).is_none_or(|g| self.key[HalfEdges::triangle(g)] != c))
             .collect()
     }
 
@@ -252,7 +265,10 @@ impl Cutter<'_> {
         let points: Vec<(Point3, Point3)> = border
             .iter()
             .map(|h| {
-                (self.mesh.vertices[self.half_edges.from(*h) as usize], self.mesh.vertices[self.half_edges.to(*h) as usize])
+                (
+                    self.mesh.vertices[self.half_edges.from(*h) as usize],
+                    self.mesh.vertices[self.half_edges.to(*h) as usize],
+                )
             })
             .collect();
         let (low, high) = bounds(&points);
@@ -271,9 +287,9 @@ impl Cutter<'_> {
                 .iter()
                 .flat_map(|p| near.iter().map(move |q| (p - **q).norm_squared()))
                 .fold(f64::INFINITY, f64::min);
-            let better = best.as_ref().is_none_or(|(n, c, _)| {
-                crossings.len() < *n || (crossings.len() == *n && clearance > *c)
-            });
+            let better = best
+                .as_ref()
+                .is_none_or(|(n, c, _)| crossings.len() < *n || (crossings.len() == *n && clearance > *c));
             if better {
                 best = Some((crossings.len(), clearance, plane));
             }
@@ -343,7 +359,8 @@ fn smooth_cut(work: &Cutter, side: &mut [u32], triangles: &[u32]) {
         let neighbours = work.half_edges.neighbours(t);
         let same = |u: &usize| work.key[*u] == work.key[t];
         let own = neighbours.iter().flatten().filter(|u| same(u) && side[**u] == side[t]).count();
-        let mut others = neighbours.iter().flatten().filter(|u| same(u) && side[**u] != side[t]).map(|u| side[*u]);
+        let mut others =
+            neighbours.iter().flatten().filter(|u| same(u) && side[**u] != side[t]).map(|u| side[*u]);
         let flip = match (others.next(), others.next()) {
             (Some(a), Some(b)) if a == b && own <= 1 => Some(a),
             _ => None,
@@ -367,11 +384,17 @@ fn absorb_slivers(work: &Cutter, side: &mut [u32], spacing: f64) {
     let mut target = vec![None; n];
     for t in 0..side.len() {
         let c = component[t] as usize;
-        if work.planes[work.key[t] as usize].is_empty() || area[c] >= SLIVER * spacing * spacing || target[c].is_some() {
+        if work.planes[work.key[t] as usize].is_empty()
+            || area[c] >= SLIVER * spacing * spacing
+            || target[c].is_some()
+        {
             continue;
         }
         let inside = work.half_edges.neighbours(t).into_iter().flatten();
-        target[c] = inside.filter(|u| work.key[*u] == work.key[t] && component[*u] as usize != c).map(|u| side[u]).next();
+        target[c] = inside
+            .filter(|u| work.key[*u] == work.key[t] && component[*u] as usize != c)
+            .map(|u| side[u])
+            .next();
     }
     for t in 0..side.len() {
         if let Some(value) = target[component[t] as usize] {

@@ -38,7 +38,8 @@ pub fn tessellate(solid: &Solid) -> Tessellation {
         ids.push(edge.end.0);
         along.push(ids);
     }
-    let pieces = crate::par::map_indices(solid.faces.len(), |f| face_triangles(solid, &solid.faces[f], &along));
+    let pieces =
+        crate::par::map_indices(solid.faces.len(), |f| face_triangles(solid, &solid.faces[f], &along));
     let mut made = Tessellation { mesh: Mesh { vertices, triangles: Vec::new() }, faces: Vec::new() };
     for (f, (inner, triangles)) in pieces.into_iter().enumerate() {
         let base = made.mesh.vertices.len() as u32;
@@ -138,7 +139,8 @@ fn inner_points(domain: &Domain, polygons: &[Vec<Uv>]) -> Vec<Uv> {
     let mut points = Vec::new();
     for i in 1..counts[0] {
         for j in 1..counts[1] {
-            let at = |axis: usize, k: usize| low[axis] + (high[axis] - low[axis]) * k as f64 / counts[axis] as f64;
+            let at =
+                |axis: usize, k: usize| low[axis] + (high[axis] - low[axis]) * k as f64 / counts[axis] as f64;
             let uv = [at(0, i), at(1, j)];
             if inside(polygons, uv) {
                 points.push(uv);

@@ -81,7 +81,8 @@ fn guidance(
     normals: &[Vec3],
     normal_noise: f64,
 ) -> Vec<Vec3> {
-    let patches = par::map_indices(normals.len(), |t| patch(neighborhood, adjacency, normals, normal_noise, t));
+    let patches =
+        par::map_indices(normals.len(), |t| patch(neighborhood, adjacency, normals, normal_noise, t));
     par::map_indices(normals.len(), |t| {
         let around = neighborhood.around(t).iter();
         let best = around.min_by(|a, b| patches[**a as usize].0.total_cmp(&patches[**b as usize].0));
@@ -98,9 +99,9 @@ fn patch(
     t: usize,
 ) -> (f64, Vec3) {
     let around = neighborhood.around(t);
-    let sum = around.iter().fold(Vec3::zeros(), |sum, &u| {
-        sum + normals[u as usize] * neighborhood.areas[u as usize]
-    });
+    let sum = around
+        .iter()
+        .fold(Vec3::zeros(), |sum, &u| sum + normals[u as usize] * neighborhood.areas[u as usize]);
     let mean = sum.try_normalize(0.0).unwrap_or(normals[t]);
     let spread = around.iter().map(|&u| (normals[u as usize] - mean).norm()).fold(0.0, f64::max);
     let (mut largest, mut total): (f64, f64) = (0.0, FLAT_SIGMAS * normal_noise);

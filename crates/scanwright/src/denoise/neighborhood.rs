@@ -25,7 +25,8 @@ impl Neighborhood {
         let n = mesh.triangles.len();
         let starts: Vec<usize> = (0..n).step_by(CHUNK).collect();
         let parts = par::map(&starts, |&start| {
-            let (mut counts, mut items) = (Vec::<u32>::with_capacity(CHUNK), Vec::<TriId>::with_capacity(14 * CHUNK));
+            let (mut counts, mut items) =
+                (Vec::<u32>::with_capacity(CHUNK), Vec::<TriId>::with_capacity(14 * CHUNK));
             let mut row: Vec<TriId> = Vec::new();
             for t in start..n.min(start + CHUNK) {
                 row.clear();

@@ -51,7 +51,11 @@ pub(super) fn part(scan: &Scan, support: Option<&Support>) -> Part {
 /// One filtered unit normal per vertex of the part.
 pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
     if let Ok(m) = std::env::var("DEV_DENOISE") {
-        let method = match m.as_str() { "sun" => crate::denoise::DenoiseMethod::Sun2007(Default::default()), "bil" => crate::denoise::DenoiseMethod::Bilateral(Default::default()), _ => crate::denoise::DenoiseMethod::Guided(Default::default()) };
+        let method = match m.as_str() {
+            "sun" => crate::denoise::DenoiseMethod::Sun2007(Default::default()),
+            "bil" => crate::denoise::DenoiseMethod::Bilateral(Default::default()),
+            _ => crate::denoise::DenoiseMethod::Guided(Default::default()),
+        };
         let d = crate::denoise::denoise(&part.mesh, &part.adjacency, tolerances, &method);
         return crate::denoise::vertex_normals(&part.mesh, &d);
     }

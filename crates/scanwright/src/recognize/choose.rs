@@ -158,7 +158,9 @@ fn is_possible(surface: &Surface, samples: &Samples, limits: &Limits) -> bool {
         Surface::Plane(_) => true,
         Surface::Cylinder(s) => s.radius >= limits.min_radius,
         Surface::Sphere(s) => s.radius >= limits.min_radius,
-        Surface::Torus(s) => s.minor_radius >= limits.min_radius && is_ring_or_lemon(s.major_radius / s.minor_radius),
+        Surface::Torus(s) => {
+            s.minor_radius >= limits.min_radius && is_ring_or_lemon(s.major_radius / s.minor_radius)
+        }
         Surface::Cone(s) => {
             let heights = samples.points.iter().map(|p| s.axis.height(p));
             let (low, high) = heights.fold((f64::MAX, f64::MIN), |(lo, hi), h| (lo.min(h), hi.max(h)));

@@ -19,9 +19,14 @@ const N_TEST: usize = 200;
 const EXCESS: f64 = 0.5;
 
 /// The region that each region belongs to (itself, or the lowest of its union), and that region's surface.
-pub(super) fn unions(field: &Field, fits: &[Option<Fit>], members: &[Vec<u32>]) -> (Vec<usize>, Vec<Option<Fit>>) {
+pub(super) fn unions(
+    field: &Field,
+    fits: &[Option<Fit>],
+    members: &[Vec<u32>],
+) -> (Vec<usize>, Vec<Option<Fit>>) {
     let loops = border_loops(field);
-    let pieces: Vec<Piece> = par::map_indices(fits.len(), |k| Piece::new(field, fits[k], &members[k], &loops));
+    let pieces: Vec<Piece> =
+        par::map_indices(fits.len(), |k| Piece::new(field, fits[k], &members[k], &loops));
     let mut root: Vec<usize> = (0..fits.len()).collect();
     let mut fits = fits.to_vec();
     let pairs: Vec<(usize, usize)> = (0..pieces.len())
@@ -99,8 +104,12 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
 }
 
 fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
-    let sum: f64 =
-        samples.points.iter().zip(&samples.normals).map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP)).sum();
+    let sum: f64 = samples
+        .points
+        .iter()
+        .zip(&samples.normals)
+        .map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP))
+        .sum();
     sum / samples.points.len().max(1) as f64
 }
 

@@ -92,11 +92,17 @@ impl Entities {
         let placement = self.placement(frame);
         match surface {
             Surface::Plane(_) => self.add(&format!("PLANE('',#{placement})")),
-            Surface::Cylinder(s) => self.add(&format!("CYLINDRICAL_SURFACE('',#{placement},{})", real(s.radius))),
+            Surface::Cylinder(s) => {
+                self.add(&format!("CYLINDRICAL_SURFACE('',#{placement},{})", real(s.radius)))
+            }
             Surface::Cone(s) => {
                 // The radius belongs to the placement, which is beside the face.
                 let radius = s.radius + s.axis.height(&frame.origin) * s.half_angle.tan();
-                self.add(&format!("CONICAL_SURFACE('',#{placement},{},{})", real(radius.max(0.0)), real(s.half_angle)))
+                self.add(&format!(
+                    "CONICAL_SURFACE('',#{placement},{},{})",
+                    real(radius.max(0.0)),
+                    real(s.half_angle)
+                ))
             }
             Surface::Sphere(s) => self.add(&format!("SPHERICAL_SURFACE('',#{placement},{})", real(s.radius))),
             Surface::Torus(s) => self.add(&format!(
@@ -189,7 +195,9 @@ mod tests {
 
     #[test]
     fn reals_carry_a_point() {
-        for (value, text) in [(1.0, "1."), (-0.0, "0."), (0.25, "0.25"), (1e-20, "1.E-20"), (-1.5e300, "-1.5E300")] {
+        for (value, text) in
+            [(1.0, "1."), (-0.0, "0."), (0.25, "0.25"), (1e-20, "1.E-20"), (-1.5e300, "-1.5E300")]
+        {
             assert_eq!(real(value), text);
         }
     }

@@ -10,10 +10,8 @@ pub fn write(solids: &[Solid], options: &StepOptions) -> String {
     let mut entities = Entities::default();
     let product = product(&mut entities, options);
     let context = context(&mut entities, solids, options);
-    let origin = entities.placement(&crate::math::Frame::from_z(
-        crate::math::Point3::origin(),
-        crate::math::Vec3::z_axis(),
-    ));
+    let origin = entities
+        .placement(&crate::math::Frame::from_z(crate::math::Point3::origin(), crate::math::Vec3::z_axis()));
     let (mut closed, mut open, mut colored) = (vec![origin], vec![origin], Vec::new());
     for (i, solid) in solids.iter().enumerate() {
         let faces = entities.faces(solid);
@@ -26,11 +24,15 @@ pub fn write(solids: &[Solid], options: &StepOptions) -> String {
     }
     let mut models = Vec::new();
     if closed.len() > 1 {
-        models.push(entities.add(&format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',{},#{context})", references(&closed))));
+        models.push(
+            entities
+                .add(&format!("ADVANCED_BREP_SHAPE_REPRESENTATION('',{},#{context})", references(&closed))),
+        );
     }
     if open.len() > 1 {
         models.push(
-            entities.add(&format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',{},#{context})", references(&open))),
+            entities
+                .add(&format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',{},#{context})", references(&open))),
         );
     }
     attach(&mut entities, product, &models, origin, context);
@@ -76,17 +78,22 @@ fn quoted(text: &str) -> String {
 /// The product and its shape; the number of the shape.
 fn product(entities: &mut Entities, options: &StepOptions) -> usize {
     let (protocol, year, name) = match options.schema {
-        Schema::Ap242 => ("managed model based 3d engineering", 2014, "ap242_managed_model_based_3d_engineering"),
+        Schema::Ap242 => {
+            ("managed model based 3d engineering", 2014, "ap242_managed_model_based_3d_engineering")
+        }
         Schema::Ap214 => ("core data for automotive mechanical design processes", 2000, "automotive_design"),
     };
     let application = entities.add(&format!("APPLICATION_CONTEXT('{protocol}')"));
-    entities.add(&format!("APPLICATION_PROTOCOL_DEFINITION('international standard','{name}',{year},#{application})"));
+    entities.add(&format!(
+        "APPLICATION_PROTOCOL_DEFINITION('international standard','{name}',{year},#{application})"
+    ));
     let context = entities.add(&format!("PRODUCT_CONTEXT('',#{application},'mechanical')"));
     let name = quoted(&options.name);
     let product = entities.add(&format!("PRODUCT({name},{name},'',(#{context}))"));
     entities.add(&format!("PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))"));
     let formation = entities.add(&format!("PRODUCT_DEFINITION_FORMATION('','',#{product})"));
-    let design = entities.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"));
+    let design =
+        entities.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"));
     let definition = entities.add(&format!("PRODUCT_DEFINITION('design','',#{formation},#{design})"));
     entities.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"))
 }
@@ -101,7 +108,8 @@ fn context(entities: &mut Entities, solids: &[Solid], options: &StepOptions) -> 
         let measure = format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({factor}),#{millimetre})");
         let measure = entities.add(&measure);
         let exponents = entities.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
-        let unit = format!("(CONVERSION_BASED_UNIT('{name}',#{measure})LENGTH_UNIT()NAMED_UNIT(#{exponents}))");
+        let unit =
+            format!("(CONVERSION_BASED_UNIT('{name}',#{measure})LENGTH_UNIT()NAMED_UNIT(#{exponents}))");
         entities.add(&unit)
     };
     let length = match options.unit {

@@ -53,7 +53,8 @@ impl SplineCurve {
         let t = t.clamp(0.0, 1.0);
         let span = find_span(&self.knots, t);
         let basis = basis(&self.knots, span, t);
-        let sum = (0..=DEGREE).fold(Vec3::zeros(), |s, k| s + self.poles[span - DEGREE + k].coords * basis[k]);
+        let sum =
+            (0..=DEGREE).fold(Vec3::zeros(), |s, k| s + self.poles[span - DEGREE + k].coords * basis[k]);
         Point3::from(sum)
     }
 }
@@ -227,10 +228,8 @@ mod tests {
 
     #[test]
     fn interpolation_passes_through_its_points() {
-        let points: Vec<Point3> = (0..12)
-            .map(|i| f64::from(i) * 0.3)
-            .map(|t| Point3::new(t.cos(), t.sin(), t * t))
-            .collect();
+        let points: Vec<Point3> =
+            (0..12).map(|i| f64::from(i) * 0.3).map(|t| Point3::new(t.cos(), t.sin(), t * t)).collect();
         let curve = SplineCurve::interpolate(&points).unwrap();
         let parameters = chord_parameters(&points).unwrap();
         for (point, t) in points.iter().zip(parameters) {

@@ -23,7 +23,12 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
             // Not `max`: a distance that is no number must win.
             let distance = off.fold(0.0, |m: f64, d| if d <= m { m } else { d });
             if !(distance <= gap) {
-                problems.push(Problem::CurveOffSurface { edge: edge_use.edge, face: FaceId(f as u32), distance, gap });
+                problems.push(Problem::CurveOffSurface {
+                    edge: edge_use.edge,
+                    face: FaceId(f as u32),
+                    distance,
+                    gap,
+                });
             }
         }
         problems

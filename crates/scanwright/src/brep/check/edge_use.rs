@@ -9,5 +9,7 @@ pub(super) fn check(solid: &Solid) -> Vec<Problem> {
         uses[edge_use.edge.0 as usize][usize::from(!edge_use.forward)] += 1;
     }
     let wrong = uses.into_iter().enumerate().filter(|(_, u)| *u != [1, 1]);
-    wrong.map(|(i, [forward, backward])| Problem::EdgeUse { edge: EdgeId(i as u32), forward, backward }).collect()
+    wrong
+        .map(|(i, [forward, backward])| Problem::EdgeUse { edge: EdgeId(i as u32), forward, backward })
+        .collect()
 }

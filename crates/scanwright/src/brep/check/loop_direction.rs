@@ -12,7 +12,9 @@ pub(super) fn check(solid: &Solid) -> Vec<Problem> {
         let areas: Vec<f64> =
             face.loops.iter().map(|l| seen_from_outside * signed_area(&domain.polygon(solid, l))).collect();
         let outer = (0..areas.len()).max_by(|a, b| areas[*a].abs().total_cmp(&areas[*b].abs()));
-        let wrong = |(index, area): &(usize, f64)| if Some(*index) == outer { !(*area > 0.0) } else { !(*area < 0.0) };
+        let wrong = |(index, area): &(usize, f64)| {
+            if Some(*index) == outer { !(*area > 0.0) } else { !(*area < 0.0) }
+        };
         let wrong = areas.into_iter().enumerate().filter(wrong);
         wrong
             .map(|(index, area)| Problem::LoopDirection { face: FaceId(f as u32), index, area })

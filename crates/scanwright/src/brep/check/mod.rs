@@ -92,7 +92,9 @@ pub enum Problem {
         gap: f64,
     },
     /// Counts that no solid has.
-    #[error("{vertices} vertices, {edges} edges, {faces} faces and {holes} holes in faces make no closed shells")]
+    #[error(
+        "{vertices} vertices, {edges} edges, {faces} faces and {holes} holes in faces make no closed shells"
+    )]
     Euler {
         /// Vertices in use.
         vertices: usize,
