@@ -2,9 +2,11 @@
 
 mod adjacency;
 mod boundary;
+mod winding;
 
 pub use adjacency::{Adjacency, Csr};
 pub use boundary::boundary_loops;
+pub use winding::winding_number;
 
 use crate::math::{Point3, Vec3};
 

@@ -1,10 +1,8 @@
 //! What a region is: a surface type with its evidence.
 
 mod choose;
-mod lack_of_fit;
 
 pub use choose::{COST_CAP, Choice, Limits, choose, fit_kind};
-pub use lack_of_fit::lack_of_fit;
 
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};

@@ -1,12 +1,16 @@
 //! One face seen in several pieces is one region.
 //!
-//! A bore seen from both mouths, a wall cut by a shadow: pieces of one surface that all end at holes of the scan. Two
-//! regions become one when both touch the scan's border and one surface describes them as well as their own do.
-//! Planes must touch the same border loop: coplanar pads are separate faces.
+//! A bore seen from both mouths, a wall cut by a shadow: pieces of one surface that face each other across a hole of
+//! the scan. Two regions become one when their borders that face each other are borders of the scan, not edges to
+//! other faces, when one surface describes both as well as their own do, and when that surface continues between them
+//! where material may end: not through the air of a bore that crosses it. Planes must also touch the same border
+//! loop: coplanar pads are separate faces.
 
 use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use crate::fit::{Fit, Samples, refine};
+use crate::math::stats;
+use crate::mesh::{Mesh, winding_number};
 use crate::par;
 use crate::recognize::COST_CAP;
 use crate::surface::SurfaceKind;
@@ -15,11 +19,16 @@ use crate::surface::SurfaceKind;
 const MIN_BORDER: usize = 5;
 /// Samples per piece in a test.
 const N_TEST: usize = 200;
+/// Border vertices per piece that are asked what they face.
+const N_FACING: usize = 400;
+/// Share of the borders facing each other that the scan must have left open.
+const MIN_OPEN: f64 = 0.6;
 /// Cost by which the joint surface may describe a piece worse than its own.
 const EXCESS: f64 = 0.5;
 
 /// The region that each region belongs to (itself, or the lowest of its union), and that region's surface.
 pub(super) fn unions(
+    mesh: &Mesh,
     field: &Field,
     fits: &[Option<Fit>],
     members: &[Vec<u32>],
@@ -36,6 +45,11 @@ pub(super) fn unions(
     let joint = par::map(&pairs, |&(a, b)| joint(field, &pieces[a], &pieces[b]));
     for ((a, b), fit) in pairs.into_iter().zip(joint) {
         let Some(fit) = fit else { continue };
+        if !faces_across_a_hole(field, &pieces[a], &pieces[b])
+            || !may_continue(mesh, field, &fit, &pieces[a], &pieces[b])
+        {
+            continue;
+        }
         let (a, b) = (find(&root, a), find(&root, b));
         if a != b {
             root[a.max(b)] = a.min(b);
@@ -56,6 +70,8 @@ fn find(root: &[usize], mut k: usize) -> usize {
 struct Piece {
     fit: Option<Fit>,
     loops: Vec<u32>,
+    /// Vertices next to another region or to nothing, thinned to [`N_FACING`].
+    border: Vec<u32>,
     n_border: usize,
     n: usize,
     samples: Samples,
@@ -64,15 +80,19 @@ struct Piece {
 
 impl Piece {
     fn new(field: &Field, fit: Option<Fit>, members: &[u32], loops: &[u32]) -> Self {
-        let border: Vec<u32> = members.iter().copied().filter(|&v| field.on_boundary[v as usize]).collect();
-        let mut touched: Vec<u32> = border.iter().map(|&v| loops[v as usize]).collect();
+        let open: Vec<u32> = members.iter().copied().filter(|&v| field.on_boundary[v as usize]).collect();
+        let mut touched: Vec<u32> = open.iter().map(|&v| loops[v as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
         let mut scratch = Scratch::new(field.len());
+        let depths = field.depths(members, 1, &mut scratch);
+        let outermost = |(&v, depth): (&u32, u8)| (depth == 0 || field.on_boundary[v as usize]).then_some(v);
+        let border: Vec<u32> = members.iter().zip(depths).filter_map(outermost).collect();
+        let border = border.iter().copied().step_by(border.len().div_ceil(N_FACING).max(1)).collect();
         let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
         let samples = field.samples(&interior, N_TEST);
         let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(field, &fit, &samples));
-        Self { fit, loops: touched, n_border: border.len(), n: members.len(), samples, mean_cost }
+        Self { fit, loops: touched, border, n_border: open.len(), n: members.len(), samples, mean_cost }
     }
 
     fn may_join(&self, other: &Self) -> bool {
@@ -82,6 +102,47 @@ impl Piece {
         let same_loop = self.loops.iter().any(|l| other.loops.contains(l));
         ends && a.outward == b.outward && (same_loop || !planes)
     }
+}
+
+/// Whether what lies between the two pieces was not seen: the border of each that faces the other is the scan's.
+fn faces_across_a_hole(field: &Field, a: &Piece, b: &Piece) -> bool {
+    let is_open = |faced: &[u32]| {
+        let n_open = faced.iter().filter(|&&v| field.on_boundary[v as usize]).count();
+        n_open as f64 > MIN_OPEN * faced.len() as f64
+    };
+    is_open(&faced(field, a, b)) && is_open(&faced(field, b, a))
+}
+
+/// Whether the joint surface may go on between the pieces: half way there the mesh winds neither like air nor like
+/// material.
+fn may_continue(mesh: &Mesh, field: &Field, fit: &Fit, a: &Piece, b: &Piece) -> bool {
+    const N_PLACES: usize = 12;
+    const SURFACE_WINDINGS: std::ops::Range<f64> = 0.2..0.8;
+    let faced = faced(field, a, b);
+    let stride = faced.len().div_ceil(N_PLACES).max(1);
+    let mut windings: Vec<f64> = faced
+        .iter()
+        .step_by(stride)
+        .filter_map(|&v| {
+            let across = nearest(field, v, &a.border)?;
+            let middle = nalgebra::center(&field.points[v as usize], &field.points[across as usize]);
+            Some(winding_number(mesh, &fit.surface.project(&middle)))
+        })
+        .collect();
+    stats::median(&mut windings).is_some_and(|w| SURFACE_WINDINGS.contains(&w))
+}
+
+/// Border vertices of `to` that are nearest to some border vertex of `from`, ascending.
+fn faced(field: &Field, from: &Piece, to: &Piece) -> Vec<u32> {
+    let mut faced: Vec<u32> = from.border.iter().filter_map(|&v| nearest(field, v, &to.border)).collect();
+    faced.sort_unstable();
+    faced.dedup();
+    faced
+}
+
+fn nearest(field: &Field, v: u32, others: &[u32]) -> Option<u32> {
+    let distance = |u: u32| (field.points[u as usize] - field.points[v as usize]).norm_squared();
+    others.iter().copied().min_by(|&x, &y| distance(x).total_cmp(&distance(y)))
 }
 
 /// The surface of both pieces, if there is one.

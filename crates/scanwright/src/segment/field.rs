@@ -35,8 +35,6 @@ pub struct Hypothesis {
     pub fit: Fit,
     /// Mean cost of the samples it was fitted to.
     pub mean_cost: f64,
-    /// Lack of fit.
-    pub lack: f64,
     /// Vertices that it may explain, with their costs.
     pub support: Vec<(u32, f32)>,
 }
@@ -44,7 +42,7 @@ pub struct Hypothesis {
 impl Hypothesis {
     /// The same surface with other costs.
     pub(super) fn with_support(&self, support: Vec<(u32, f32)>) -> Self {
-        Self { fit: self.fit, mean_cost: self.mean_cost, lack: self.lack, support }
+        Self { fit: self.fit, mean_cost: self.mean_cost, support }
     }
 }
 

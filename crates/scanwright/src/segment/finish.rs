@@ -31,7 +31,7 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: Labels, options: &Segme
     regions.flood(field, FLOOD_RINGS);
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
-    regions.join(field);
+    regions.join(mesh, field);
     let members = regions.members();
     let primitives = par::map_indices(regions.fits.len(), |k| {
         primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.len()))
@@ -135,8 +135,8 @@ impl Regions {
     }
 
     /// Makes one region of each surface seen in several pieces; regions are numbered anew.
-    fn join(&mut self, field: &Field) {
-        let (root, fits) = bridge::unions(field, &self.fits, &self.members());
+    fn join(&mut self, mesh: &Mesh, field: &Field) {
+        let (root, fits) = bridge::unions(mesh, field, &self.fits, &self.members());
         let mut number = vec![0; root.len()];
         let mut kept = Vec::new();
         for k in 0..root.len() {

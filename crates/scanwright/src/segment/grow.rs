@@ -3,7 +3,7 @@
 use super::cover::Cover;
 use super::field::{Field, Hypothesis, Scratch};
 use super::label::Labels;
-use crate::fit::Fit;
+use crate::fit::{Fit, Samples};
 use crate::math::Vec3;
 use crate::par;
 use crate::recognize::{Choice, choose, fit_kind};
@@ -225,18 +225,36 @@ fn reaches_out(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) 
 
 /// Types the interior of a grown region once more and collects what its surface may explain.
 pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) -> Option<Hypothesis> {
+    let (interior, samples) = settling_samples(field, region, scratch);
+    let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(fit))?;
+    collect(field, &choice, &interior, scratch)
+}
+
+/// The same without a choice: the type of `fit` stands.
+pub(super) fn settle_as(
+    field: &Field,
+    fit: &Fit,
+    region: &[u32],
+    scratch: &mut Scratch,
+) -> Option<Hypothesis> {
+    let (interior, samples) = settling_samples(field, region, scratch);
+    let choice = fit_kind(fit.surface.kind(), &samples, &field.weights, &field.limits, Some(fit))?;
+    collect(field, &choice, &interior, scratch)
+}
+
+fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Vec<u32>, Samples) {
     /// Samples of a settled fit: enough that its parameters are at the floor of the noise.
     const N_SETTLED: usize = 400;
     let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
     let samples = field.samples(&interior, N_SETTLED);
-    let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(fit))?;
+    (interior, samples)
+}
+
+/// The hypothesis of a chosen surface: all that it may explain around `interior`; `None` when it fits too badly.
+fn collect(field: &Field, choice: &Choice, interior: &[u32], scratch: &mut Scratch) -> Option<Hypothesis> {
     if choice.mean_cost > ACCEPT_COST {
         return None;
     }
-    let support = field.flood(&choice.fit, &interior, SUPPORT_COST, usize::MAX, scratch);
-    let supporting: Vec<u32> = support.iter().map(|s| s.0).collect();
-    let inner = field.eroded(&supporting, 2, MIN_INTERIOR, scratch);
-    let inner = field.samples(&inner, 4000);
-    let lack = crate::recognize::lack_of_fit(&choice.fit, &inner.points, field.weights.distance_sigma);
-    Some(Hypothesis { fit: choice.fit, mean_cost: choice.mean_cost, lack, support })
+    let support = field.flood(&choice.fit, interior, SUPPORT_COST, usize::MAX, scratch);
+    Some(Hypothesis { fit: choice.fit, mean_cost: choice.mean_cost, support })
 }

@@ -1,118 +1,205 @@
 //! Simpler surfaces in place of one complex surface.
 //!
-//! A torus, sphere, cone or cylinder may have been laid over several facets. Its vertices are ordered along its
-//! profile and cut where two simpler surfaces describe the parts best, then each part once more. The parts become
-//! hypotheses; whether they replace the whole is decided in `select`.
+//! A torus, sphere or cone may have been laid over several facets of a turned part: chamfer, ring, chamfer. In the
+//! half-plane through the axis each of those facets is a straight line, and the mean over the whole turn hardly has
+//! any noise left. The profile is cut into the best one, two, three ... lines (dynamic programming), and every line
+//! becomes a hypothesis; whether they replace the whole is decided in `select`.
 
 use std::f64::consts::PI;
 
 use super::field::{Field, Hypothesis, Scratch};
-use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle_as};
 use crate::fit::Fit;
 use crate::math::Frame;
 use crate::recognize::{COST_CAP, fit_kind};
 use crate::surface::{Surface, SurfaceKind};
 
-/// Samples per part while cutting.
-const N_CUT: usize = 60;
-/// Places tried for a cut.
-const N_PLACES: usize = 8;
+/// Samples of a fit while typing a part.
+const N_SAMPLES: usize = 60;
+/// Lines of a profile, at most.
+const MOST_LINES: usize = 7;
+/// Cells of a profile, at most.
+const MOST_CELLS: usize = 64;
+/// Narrowest part that is tried, in spacings.
+const MIN_WIDTH: f64 = 2.0;
+/// Saving in squared sigmas that one more line must bring.
+const LINE_PRICE: f64 = 100.0;
 /// Vertices of a part, at least.
-const MIN_PART: usize = 40;
+const MIN_PART: usize = 30;
 
 /// Hypotheses for the parts of a complex one.
 pub(super) fn parts(field: &Field, hypothesis: &Hypothesis, scratch: &mut Scratch) -> Vec<Hypothesis> {
     let support: Vec<u32> = hypothesis.support.iter().map(|s| s.0).collect();
-    let Some(ordered) = along_profile(field, &hypothesis.fit, &support, scratch) else { return Vec::new() };
-    let kinds: &[SurfaceKind] = if hypothesis.fit.surface.kind() == SurfaceKind::Cylinder {
-        &[SurfaceKind::Plane]
-    } else {
-        &[SurfaceKind::Plane, SurfaceKind::Cylinder, SurfaceKind::Cone]
-    };
-    let mut found = Vec::new();
-    let halves = cut(field, &ordered, kinds);
-    for half in &halves {
-        found.extend(cut(field, half, kinds));
-    }
-    found.extend(halves);
-    found.push(ordered);
-    found
+    let Some(profile) = Profile::new(field, &hypothesis.fit, &support, scratch) else { return Vec::new() };
+    profile
+        .lines(field.weights.distance_sigma)
         .into_iter()
-        .filter_map(|part| {
-            let (fit, _) = simple(field, &part, kinds)?;
-            settle(field, &fit, &part, scratch)
+        .filter_map(|(from, to)| {
+            let part = profile.vertices(from, to, field.spacing);
+            if part.len() < MIN_PART || profile.width(from, to) < MIN_WIDTH * field.spacing {
+                return None;
+            }
+            let fit = simplest(field, &part)?;
+            settle_as(field, &fit, &part, scratch)
         })
         .collect()
 }
 
-/// Vertices ordered along the profile of a surface; `None` when it has none.
-fn along_profile(field: &Field, fit: &Fit, support: &[u32], scratch: &mut Scratch) -> Option<Vec<u32>> {
-    let surface = match fit.surface {
-        // A sphere's profile needs an axis: that of the torus nearest to it.
-        Surface::Sphere(_) => {
-            let interior = field.eroded(support, BORDER_RINGS, MIN_INTERIOR, scratch);
-            let samples = field.samples(&interior, 2 * N_CUT);
-            fit_kind(SurfaceKind::Torus, &samples, &field.weights, &field.limits, None)?.fit.surface
-        }
-        other => other,
-    };
-    let axis = surface.axis()?;
-    let frame = Frame::from_z(axis.origin, axis.direction);
-    let angles = matches!(surface, Surface::Torus(_) | Surface::Cylinder(_));
-    let mut keyed: Vec<(f64, u32)> = support
-        .iter()
-        .map(|&v| {
-            let local = frame.local(&field.points[v as usize]);
-            let key = match surface {
-                Surface::Torus(s) => local.z.atan2(local.x.hypot(local.y) - s.major_radius),
-                Surface::Cylinder(_) => local.y.atan2(local.x),
-                _ => local.z,
-            };
-            (key, v)
-        })
-        .collect();
-    if angles {
-        let (x, y) = keyed.iter().fold((0.0, 0.0), |(x, y), k| (x + k.0.cos(), y + k.0.sin()));
-        let middle = f64::atan2(y, x);
-        for k in &mut keyed {
-            k.0 = (k.0 - middle + 3.0 * PI).rem_euclid(2.0 * PI);
+/// Sums over the points of one or more cells: count, and moments of radius and height.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moments([f64; 6]);
+
+impl Moments {
+    fn add(&mut self, r: f64, z: f64) {
+        for (sum, term) in self.0.iter_mut().zip([1.0, r, z, r * r, r * z, z * z]) {
+            *sum += term;
         }
     }
-    keyed.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    Some(keyed.into_iter().map(|k| k.1).collect())
+
+    fn plus(mut self, other: Self, sign: f64) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a += sign * b;
+        }
+        self
+    }
+
+    /// Sum of squared distances to the line that fits best.
+    fn line_residual(&self) -> f64 {
+        let [n, r, z, rr, rz, zz] = self.0;
+        if n < 2.0 {
+            return 0.0;
+        }
+        let (rr, rz, zz) = (rr - r * r / n, rz - r * z / n, zz - z * z / n);
+        (0.5 * (rr + zz) - (0.25 * (rr - zz) * (rr - zz) + rz * rz).sqrt()).max(0.0)
+    }
 }
 
-/// The two parts, in profile order, that simple surfaces describe best; empty when there is no room to cut.
-fn cut(field: &Field, ordered: &[u32], kinds: &[SurfaceKind]) -> Vec<Vec<u32>> {
-    if ordered.len() < 2 * MIN_PART {
-        return Vec::new();
-    }
-    let best = (1..N_PLACES)
-        .filter_map(|place| {
-            let at = place * ordered.len() / N_PLACES;
-            if at < MIN_PART || ordered.len() - at < MIN_PART {
-                return None;
+/// The vertices of a surface of revolution in cells along its profile.
+struct Profile {
+    /// One per cell.
+    members: Vec<Vec<u32>>,
+    /// One per cell boundary: sums over all cells before it.
+    before: Vec<Moments>,
+    /// Length of a cell along the profile.
+    cell: f64,
+}
+
+impl Profile {
+    /// The profile about the axis of `fit`; `None` when it has none.
+    fn new(field: &Field, fit: &Fit, support: &[u32], scratch: &mut Scratch) -> Option<Self> {
+        let surface = match fit.surface {
+            // A sphere's profile needs an axis: that of the torus nearest to it.
+            Surface::Sphere(_) => {
+                let interior = field.eroded(support, BORDER_RINGS, MIN_INTERIOR, scratch);
+                let samples = field.samples(&interior, 2 * N_SAMPLES);
+                fit_kind(SurfaceKind::Torus, &samples, &field.weights, &field.limits, None)?.fit.surface
             }
-            let (_, left) = simple(field, &ordered[..at], kinds)?;
-            let (_, right) = simple(field, &ordered[at..], kinds)?;
-            Some((left * at as f64 + right * (ordered.len() - at) as f64, at))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    best.map_or_else(Vec::new, |(_, at)| vec![ordered[..at].to_vec(), ordered[at..].to_vec()])
+            other => other,
+        };
+        let axis = surface.axis()?;
+        let frame = Frame::from_z(axis.origin, axis.direction);
+        let planar: Vec<(f64, f64)> = support
+            .iter()
+            .map(|&v| {
+                let local = frame.local(&field.points[v as usize]);
+                (local.x.hypot(local.y), local.z)
+            })
+            .collect();
+        let keys = arc_lengths(&surface, &planar)?;
+        let low = keys.iter().copied().fold(f64::MAX, f64::min);
+        let length = keys.iter().copied().fold(f64::MIN, f64::max) - low;
+        let n_cells = ((2.0 * length / field.spacing) as usize).clamp(1, MOST_CELLS);
+        let cell = length / n_cells as f64;
+        let mut members = vec![Vec::new(); n_cells];
+        let mut moments = vec![Moments::default(); n_cells];
+        for ((key, &(r, z)), &v) in keys.iter().zip(&planar).zip(support) {
+            let at = (((key - low) / cell) as usize).min(n_cells - 1);
+            members[at].push(v);
+            moments[at].add(r, z);
+        }
+        let mut before = vec![Moments::default()];
+        for m in moments {
+            before.push(before[before.len() - 1].plus(m, 1.0));
+        }
+        Some(Self { members, before, cell })
+    }
+
+    fn width(&self, from: usize, to: usize) -> f64 {
+        (to - from) as f64 * self.cell
+    }
+
+    /// Vertices of the cells, without the rounded rims where there is room.
+    fn vertices(&self, from: usize, to: usize, spacing: f64) -> Vec<u32> {
+        let rim = ((spacing / self.cell).round() as usize).min((to - from).saturating_sub(1) / 3);
+        self.members[from + rim..to - rim].concat()
+    }
+
+    fn residual(&self, from: usize, to: usize) -> f64 {
+        self.before[to].plus(self.before[from], -1.0).line_residual()
+    }
+
+    /// Ranges of cells that are lines of the best cuts into two, three ... lines, each once.
+    fn lines(&self, sigma: f64) -> Vec<(usize, usize)> {
+        let n = self.members.len();
+        let cost = |from, to| self.residual(from, to) / (sigma * sigma);
+        // best[k][to]: cheapest cut of the first `to` cells into k + 1 lines, and where the last of them begins.
+        let mut best: Vec<Vec<(f64, usize)>> = vec![(0..=n).map(|to| (cost(0, to), 0)).collect()];
+        let mut found = vec![(0, n)];
+        for k in 1..MOST_LINES.min(n) {
+            let last = &best[k - 1];
+            let next: Vec<(f64, usize)> = (0..=n)
+                .map(|to| {
+                    (k..to)
+                        .map(|from| (last[from].0 + cost(from, to), from))
+                        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+                        .unwrap_or((f64::MAX, 0))
+                })
+                .collect();
+            if last[n].0 - next[n].0 < LINE_PRICE {
+                break;
+            }
+            best.push(next);
+            let mut to = n;
+            for level in best.iter().rev() {
+                let from = level[to].1;
+                found.push((from, to));
+                to = from;
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
 }
 
-/// The simplest of `kinds` that describes a part about as well as any, with its mean cost.
-fn simple(field: &Field, part: &[u32], kinds: &[SurfaceKind]) -> Option<(Fit, f64)> {
+/// Position of each point of the half-plane along the profile of a surface, length.
+fn arc_lengths(surface: &Surface, planar: &[(f64, f64)]) -> Option<Vec<f64>> {
+    match surface {
+        Surface::Torus(s) => {
+            let angles: Vec<f64> = planar.iter().map(|(r, z)| z.atan2(r - s.major_radius)).collect();
+            let (x, y) = angles.iter().fold((0.0, 0.0), |(x, y), a| (x + a.cos(), y + a.sin()));
+            let middle = f64::atan2(y, x);
+            Some(angles.iter().map(|a| (a - middle + 3.0 * PI).rem_euclid(2.0 * PI) * s.minor_radius).collect())
+        }
+        Surface::Cone(s) => {
+            let (sin, cos) = s.half_angle.sin_cos();
+            Some(planar.iter().map(|(r, z)| r * sin + z * cos).collect())
+        }
+        _ => None,
+    }
+}
+
+/// The simplest type that describes a part about as well as any.
+fn simplest(field: &Field, part: &[u32]) -> Option<Fit> {
     /// Share by which a more complex type must be better.
     const CLEARLY: f64 = 0.7;
-    // Profile order is no spatial order: thinning by a stride that is prime spreads the samples.
-    let samples = field.samples(part, N_CUT);
+    let samples = field.samples(part, N_SAMPLES);
     let mut best: Option<(Fit, f64)> = None;
-    for &kind in kinds {
+    for kind in [SurfaceKind::Plane, SurfaceKind::Cylinder, SurfaceKind::Cone] {
         let Some(choice) = fit_kind(kind, &samples, &field.weights, &field.limits, None) else { continue };
         if best.is_none_or(|(_, cost)| choice.mean_cost < CLEARLY * cost) {
             best = Some((choice.fit, choice.mean_cost.min(COST_CAP)));
         }
     }
-    best
+    best.map(|(fit, _)| fit)
 }
