@@ -37,7 +37,7 @@ fn zz_probe() {
                 }
             })
             .collect();
-        let mut run = |m: DenoiseMethod| {
+        let run = |m: DenoiseMethod| {
             let r = denoise(&mesh, &adjacency, &tolerances, &m);
             let e = |k: bool| {
                 let v: Vec<f64> = (0..truth.len())

@@ -281,7 +281,9 @@ fn without_islands(
             highest < ISLAND_NOISES * noise
         };
         if wrong {
-            island.into_iter().for_each(|t| on_table[t] = !kind);
+            for t in island {
+                on_table[t] = !kind;
+            }
         }
     }
     on_table

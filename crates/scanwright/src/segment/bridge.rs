@@ -68,7 +68,7 @@ impl Piece {
         let mut touched: Vec<u32> = border.iter().map(|&v| loops[v as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
-        let mut scratch = Scratch::new(field.len());
+        let mut scratch = Scratch::new(field.n_vertices());
         let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
         let samples = field.samples(&interior, N_TEST);
         let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(field, &fit, &samples));
@@ -115,9 +115,9 @@ fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
 
 /// One per vertex: its connected piece of the scan's border; `u32::MAX` inside.
 fn border_loops(field: &Field) -> Vec<u32> {
-    let mut loops = vec![u32::MAX; field.len()];
+    let mut loops = vec![u32::MAX; field.n_vertices()];
     let mut n_loops = 0;
-    for start in 0..field.len() {
+    for start in 0..field.n_vertices() {
         if !field.on_boundary[start] || loops[start] != u32::MAX {
             continue;
         }
