@@ -35,11 +35,11 @@ def judge(path):
     volume = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, volume)
     kinds = Counter(
-        str(BRepAdaptor_Surface(TopoDS.Face_s(face)).GetType()).split("GeomAbs_")[-1].split(":")[0].rstrip(">")
+        str(BRepAdaptor_Surface(TopoDS.Face(face)).GetType()).split("GeomAbs_")[-1].split(":")[0].rstrip(">")
         for face in parts(shape, TopAbs_FACE)
     )
-    tolerances = [BRep_Tool.Tolerance_s(TopoDS.Edge_s(e)) for e in parts(shape, TopAbs_EDGE)]
-    tolerances += [BRep_Tool.Tolerance_s(TopoDS.Vertex_s(v)) for v in parts(shape, TopAbs_VERTEX)]
+    tolerances = [BRep_Tool.Tolerance_s(TopoDS.Edge(e)) for e in parts(shape, TopAbs_EDGE)]
+    tolerances += [BRep_Tool.Tolerance_s(TopoDS.Vertex(v)) for v in parts(shape, TopAbs_VERTEX)]
     return {
         "readable": True,
         "valid": BRepCheck_Analyzer(shape).IsValid(),

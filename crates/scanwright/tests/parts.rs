@@ -228,20 +228,18 @@ pub fn cap() -> Part {
     // The dish runs from the rim, over the lowest quarter of its circle, to the bore.
     let [from, to] = [9.0_f64, 5.0].map(|r| -(r / DISH_RADIUS).acos());
     let bore_end = (5.0, DISH_HEIGHT + DISH_RADIUS * to.sin());
-    let profile: [(usize, Box<dyn Fn(f64) -> (f64, f64)>); 6] = [
-        (10, Box::new(straight((4.0, 0.0), (CAP_RADIUS, 0.0)))),
-        (10, Box::new(straight((CAP_RADIUS, 0.0), (CAP_RADIUS, 10.0)))),
-        (5, Box::new(arc(11.0, 10.0, 3.0, 0.0, FRAC_PI_2))),
-        (2, Box::new(straight((11.0, 13.0), (9.0, 13.0)))),
-        (5, Box::new(arc(0.0, DISH_HEIGHT, DISH_RADIUS, from, to))),
-        (11, Box::new(straight(bore_end, (4.0, 0.0)))),
-    ];
-    for (label, (n_steps, at)) in profile.iter().enumerate() {
-        part.grid(label as u32, n, *n_steps, |u, v| {
+    let mut turn = |label: u32, n_steps: usize, at: &dyn Fn(f64) -> (f64, f64)| {
+        part.grid(label, n, n_steps, |u, v| {
             let (r, z) = at(v);
             Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z)
         });
-    }
+    };
+    turn(0, 10, &straight((4.0, 0.0), (CAP_RADIUS, 0.0)));
+    turn(1, 10, &straight((CAP_RADIUS, 0.0), (CAP_RADIUS, 10.0)));
+    turn(2, 5, &arc(11.0, 10.0, 3.0, 0.0, FRAC_PI_2));
+    turn(3, 2, &straight((11.0, 13.0), (9.0, 13.0)));
+    turn(4, 5, &arc(0.0, DISH_HEIGHT, DISH_RADIUS, from, to));
+    turn(5, 11, &straight(bore_end, (4.0, 0.0)));
     let axis = |z: f64| Axis { origin: Point3::new(0.0, 0.0, z), direction: Vec3::z_axis() };
     part.primitives = vec![
         plane(Point3::origin(), -Vec3::z()),
