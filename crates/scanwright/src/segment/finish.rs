@@ -192,7 +192,11 @@ fn primitive(field: &Field, fit: Option<Fit>, members: &[u32], scratch: &mut Scr
     };
     /// Weight of normals in the final fit: filtered normals are biased, raw distances are not.
     const FINAL_NORMAL_WEIGHT: f64 = 0.02;
-    let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, scratch);
+    /// Share of a region's vertices that its final fit rests on at least.
+    const MIN_INTERIOR_SHARE: f64 = 0.3;
+    // A few vertices in the middle of a narrow band would leave its axis free to turn.
+    let at_least = MIN_INTERIOR.max((MIN_INTERIOR_SHARE * members.len() as f64) as usize);
+    let interior = field.eroded(members, BORDER_RINGS, at_least, scratch);
     let samples: Samples = field.samples(&interior, N_FINAL);
     let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
     if let Some(better) = refine(&fit, &samples, &weights, 30) {
