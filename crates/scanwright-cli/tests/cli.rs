@@ -164,34 +164,25 @@ fn quiet_says_nothing() {
 fn results_are_the_same_bytes_from_one_and_two_threads_and_two_runs() {
     let dir = Folder::new();
     dir.scan("box.ply");
+    fs::write(dir.path("ring.ply"), ring_ply()).unwrap();
     let outputs = ["part.step", "part.json", "segments.ply", "part.png"];
-    let convert = |threads: &str| {
-        let output = dir.run(&[
-            "convert",
-            "box.ply",
-            "-o",
-            "part.step",
-            "--json",
-            "part.json",
-            "--segments",
-            "segments.ply",
-            "--picture",
-            "part.png",
-            "--threads",
-            threads,
-            "--force",
-        ]);
+    let convert = |scan: &str, threads: &str| {
+        let files =
+            ["-o", outputs[0], "--json", outputs[1], "--segments", outputs[2], "--picture", outputs[3]];
+        let output = dir.run(&[&["convert", scan, "--threads", threads, "--force"], &files[..]].concat());
         check_finished(&output);
         let files = outputs.map(|name| fs::read(dir.path(name)).unwrap());
-        (files, output.stdout)
+        (files, text(&output.stdout))
     };
-    let first = convert("1");
-    for threads in ["1", "2"] {
-        let (files, summary) = convert(threads);
-        for (i, name) in outputs.iter().enumerate() {
-            assert!(files[i] == first.0[i], "{name} differs with {threads} threads");
+    for scan in ["box.ply", "ring.ply"] {
+        let first = convert(scan, "1");
+        for threads in ["1", "2"] {
+            let again = convert(scan, threads);
+            for (i, name) in outputs.iter().enumerate() {
+                assert!(again.0[i] == first.0[i], "{name} of {scan} differs with {threads} threads");
+            }
+            assert_eq!(again.1, first.1);
         }
-        assert_eq!(text(&summary), text(&first.1));
     }
 }
 
@@ -350,6 +341,30 @@ fn box_ply(fineness: usize) -> String {
     let mut noise = Noise(1);
     let points = vertices.iter().map(|p| p.map(|c| c as f64 / fineness as f64 + 0.02 * noise.next()));
     ply(&points.collect::<Vec<_>>(), &triangles)
+}
+
+/// A noisy ring with a chamfer: planes, cylinders and a cone.
+fn ring_ply() -> String {
+    const N: usize = 100;
+    let outline = [(9.0, 0.0), (16.0, 0.0), (16.0, 8.0), (12.0, 12.0), (9.0, 12.0)];
+    let mut profile = Vec::new();
+    for (k, &(r0, z0)) in outline.iter().enumerate() {
+        let (r1, z1): (f64, f64) = outline[(k + 1) % outline.len()];
+        let n = (r1 - r0).hypot(z1 - z0).round() as usize;
+        profile.extend((0..n).map(|i| i as f64 / n as f64).map(|t| (r0 + t * (r1 - r0), z0 + t * (z1 - z0))));
+    }
+    let mut noise = Noise(3);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for j in 0..N {
+        let (sin, cos) = (std::f64::consts::TAU * j as f64 / N as f64).sin_cos();
+        for (i, (r, z)) in profile.iter().enumerate() {
+            points.push([r * cos, r * sin, *z].map(|c| c + 0.03 * noise.next()));
+            let at = |j: usize, i: usize| (j % N) * profile.len() + i % profile.len();
+            let [a, b, c, d] = [at(j, i), at(j + 1, i), at(j + 1, i + 1), at(j, i + 1)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    ply(&points, &triangles)
 }
 
 /// A bent sheet with a ragged border.

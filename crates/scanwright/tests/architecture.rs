@@ -98,6 +98,31 @@ fn warning_codes_are_documented_under_their_written_names() {
     );
 }
 
+#[test]
+fn links_of_the_documentation_lead_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let docs = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages: Vec<_> = docs
+        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .chain(["README.md", "CHANGELOG.md"].map(|name| root.join(name)))
+        .collect();
+    let (mut n_links, mut dead) = (0, Vec::new());
+    for page in pages {
+        let text = fs::read_to_string(&page).unwrap();
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next()) {
+            if target.is_empty() || target.contains("://") {
+                continue;
+            }
+            n_links += 1;
+            if !page.parent().unwrap().join(target).exists() {
+                dead.push(format!("{}: {target}", page.display()));
+            }
+        }
+    }
+    assert!(n_links > 5, "only {n_links} links were found; is the test looking in the right folder?");
+    assert!(dead.is_empty(), "{dead:#?}");
+}
+
 fn source_root() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }

@@ -7,6 +7,7 @@ mod condition;
 mod conditioning;
 mod denoise;
 mod metamorphic;
+mod parts;
 mod picture;
 mod readers;
 mod scanned;

@@ -44,8 +44,7 @@ pub fn turned(outline: &[(f64, f64)], spacing: f64) -> Mesh {
     for (k, &(r0, z0)) in outline.iter().enumerate() {
         let (r1, z1) = outline[(k + 1) % outline.len()];
         let n = ((r1 - r0).hypot(z1 - z0) / spacing).round().max(1.0) as usize;
-        profile
-            .extend((0..n).map(|i| (i as f64 / n as f64)).map(|t| (r0 + t * (r1 - r0), z0 + t * (z1 - z0))));
+        profile.extend((0..n).map(|i| i as f64 / n as f64).map(|t| (r0 + t * (r1 - r0), z0 + t * (z1 - z0))));
     }
     let widest = profile.iter().fold(0.0, |w: f64, p| w.max(p.0));
     let n_turns = (std::f64::consts::TAU * widest / spacing).round() as usize;

@@ -161,7 +161,7 @@ fn ellipse(samples: &[Point3], tolerance: f64) -> Option<Curve> {
     const MAX_ASPECT: f64 = 20.0;
     let plane = oriented_plane(samples, tolerance)?;
     let locals: Vec<Vec3> = samples.iter().map(|p| plane.local(p)).collect();
-    let scale = locals.iter().map(|l| l.norm()).fold(0.0, f64::max);
+    let scale = locals.iter().map(Vec3::norm).fold(0.0, f64::max);
     let (mut ata, mut atb) = (nalgebra::SMatrix::<f64, 5, 5>::zeros(), nalgebra::SVector::<f64, 5>::zeros());
     for local in &locals {
         let (x, y) = (local.x / scale, local.y / scale);
@@ -171,7 +171,7 @@ fn ellipse(samples: &[Point3], tolerance: f64) -> Option<Curve> {
     }
     let q = ata.try_inverse()? * atb;
     let det = 4.0 * q[0] * q[2] - q[1] * q[1];
-    if !(det > 0.0) {
+    if det.is_nan() || det <= 0.0 {
         return None;
     }
     let (cx, cy) = ((q[1] * q[4] - 2.0 * q[2] * q[3]) / det, (q[1] * q[3] - 2.0 * q[0] * q[4]) / det);

@@ -199,9 +199,11 @@ impl Draft {
             let Some(edge) = edge else { continue };
             if edge.gap > tolerances.gap() {
                 let region = RegionId(self.patches[chain.left as usize].region);
-                let other = chain.right.map(|p| self.patches[p as usize].region);
+                let other = chain.right.map_or("nothing".to_owned(), |p| {
+                    format!("primitive {}", self.patches[p as usize].region)
+                });
                 let text = format!(
-                    "its edge with region {other:?} lies off its surfaces by {:.3e}, more than {:.3e}",
+                    "its edge with {other} lies off its surfaces by {:.3e}, more than {:.3e}",
                     edge.gap,
                     tolerances.gap()
                 );

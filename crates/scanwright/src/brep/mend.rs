@@ -90,14 +90,18 @@ pub(super) fn dissolve(bench: &mut Bench) {
     }
     let mut all = bench.labels.clone();
     for (triangles, region) in &bands {
-        triangles.iter().for_each(|t| all[*t] = *region);
+        for &t in triangles {
+            all[t] = *region;
+        }
     }
     if bench.try_labels(all) || bands.len() == 1 {
         return;
     }
     for (triangles, region) in bands.iter().take(MAX_TRIALS) {
         let mut labels = bench.labels.clone();
-        triangles.iter().for_each(|t| labels[*t] = *region);
+        for &t in triangles {
+            labels[t] = *region;
+        }
         bench.try_labels(labels);
     }
 }

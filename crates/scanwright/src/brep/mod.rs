@@ -44,7 +44,7 @@ pub struct LabelledMesh {
     pub assumed: Vec<bool>,
 }
 
-/// What [`build`] made.
+/// What [`build()`] made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Built {
     /// One per connected part of the mesh.

@@ -91,7 +91,7 @@ fn lowest_crowd(mut squares: Vec<f64>) -> Option<f64> {
         }
         start = densest;
     }
-    Some(squares[(start + end(start)) / 2])
+    Some(squares[start.midpoint(end(start))])
 }
 
 fn site_squares(
@@ -156,7 +156,7 @@ impl Site<'_> {
         for _ in 0..3 {
             wedge = self.refit(&near, &wedge, sign)?;
         }
-        self.lost_area(&near, &wedge).map(|area| area / wedge.slope)
+        Some(self.lost_area(&near, &wedge) / wedge.slope)
     }
 
     fn refit(&self, near: &[u32], wedge: &Wedge, sign: f64) -> Option<Wedge> {
@@ -208,7 +208,7 @@ impl Site<'_> {
     }
 
     /// Area between the wedge and the scan, across the edge.
-    fn lost_area(&self, near: &[u32], wedge: &Wedge) -> Option<f64> {
+    fn lost_area(&self, near: &[u32], wedge: &Wedge) -> f64 {
         let reach = SIDE_FROM * self.spacing / (1.0 + wedge.slope * wedge.slope).sqrt();
         let width = 2.0 * reach / N_BINS as f64;
         let mut bins = [Bin::default(); N_BINS];
@@ -229,7 +229,6 @@ impl Site<'_> {
         }
         let filled: Vec<(f64, f64)> =
             bins.iter().filter(|b| b.n > 0.0).map(|b| (b.t / b.n, b.lost / b.n)).collect();
-        let area: f64 = filled.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum();
-        Some(area)
+        filled.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
     }
 }

@@ -1,6 +1,5 @@
 //! From any triangles to a mesh the other stages can rely on, and what the scanner did to it.
 
-mod boundary;
 mod caps;
 mod clean;
 mod components;

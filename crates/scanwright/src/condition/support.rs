@@ -13,13 +13,12 @@
 //! it takes a flange for a table when only its upper side was scanned, with all else on that side.
 
 use crate::math::{Point3, UnitVec3, Vec3, centroid, principal_axes, stats};
-use crate::mesh::{Adjacency, Mesh, VertId};
+use crate::mesh::{Adjacency, Mesh, VertId, boundary_loops};
 use crate::par;
 use crate::surface::Plane;
 use crate::tolerance::Tolerances;
 
 use super::Support;
-use super::boundary::boundary_loops;
 use super::patch::rings;
 
 /// Boundary vertices that candidates grow from: the table's rim is most of the boundary, so most are on it.
@@ -80,7 +79,7 @@ pub fn find_support(
     up: Option<UnitVec3>,
 ) -> Option<Support> {
     let spacing = tolerances.spacing();
-    let loops = boundary_loops(mesh, adjacency, |_| true);
+    let loops = boundary_loops(mesh, adjacency);
     let rim = loops.iter().max_by(|a, b| extent(mesh, a).total_cmp(&extent(mesh, b)))?;
     let normals = smooth_normals(mesh, adjacency);
     let plane = candidates(mesh, adjacency, &normals, rim, spacing, up)
@@ -94,7 +93,7 @@ pub fn find_support(
     if on_table.iter().all(|t| *t) {
         return None;
     }
-    let outlines = outlines(mesh, adjacency, &plane, &on_table, spacing);
+    let outlines = outlines(mesh, &plane, &on_table, spacing);
     Some(Support { plane, on_table, outlines })
 }
 
@@ -281,29 +280,26 @@ fn without_islands(
             highest < ISLAND_NOISES * noise
         };
         if wrong {
-            island.into_iter().for_each(|t| on_table[t] = !kind);
+            for t in island {
+                on_table[t] = !kind;
+            }
         }
     }
     on_table
 }
 
 /// Projected boundary loops that the cut leaves near the table.
-fn outlines(
-    mesh: &Mesh,
-    adjacency: &Adjacency,
-    plane: &Plane,
-    on_table: &[bool],
-    spacing: f64,
-) -> Vec<Vec<Point3>> {
+fn outlines(mesh: &Mesh, plane: &Plane, on_table: &[bool], spacing: f64) -> Vec<Vec<Point3>> {
+    let (part, ..) = mesh.submesh(|t| !on_table[t]);
     let reach = OUTLINE_REACH * spacing;
     let project = |&v: &VertId| {
-        let p = mesh.vertices[v as usize];
+        let p = part.vertices[v as usize];
         p - plane.normal.into_inner() * plane.signed_distance(&p)
     };
-    boundary_loops(mesh, adjacency, |t| !on_table[t])
+    boundary_loops(&part, &Adjacency::new(&part))
         .into_iter()
         .filter(|vertices| {
-            let low = |v: &&VertId| plane.signed_distance(&mesh.vertices[**v as usize]) < reach;
+            let low = |v: &&VertId| plane.signed_distance(&part.vertices[**v as usize]) < reach;
             vertices.iter().filter(low).count() as f64 >= MIN_LOW_SHARE * vertices.len() as f64
         })
         .map(|vertices| vertices.iter().map(project).collect())

@@ -25,6 +25,7 @@ pub struct Samples {
 
 impl Samples {
     /// Every so manieth sample, so that at most `n` remain; deterministic and spread over the order given.
+    #[must_use]
     pub fn thinned(&self, n: usize) -> Self {
         let len = self.points.len();
         if len <= n {

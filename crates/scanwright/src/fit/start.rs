@@ -78,7 +78,7 @@ fn slippage_axis(samples: &Samples) -> Option<UnitVec3> {
     let size =
         samples.points.iter().map(|p| (p - center).norm_squared()).sum::<f64>() / samples.points.len() as f64;
     let size = size.sqrt();
-    if !(size > 0.0) {
+    if size.is_nan() || size <= 0.0 {
         return None;
     }
     let mut matrix = Matrix6::zeros();
@@ -187,5 +187,5 @@ fn torus(samples: &Samples, direction: UnitVec3) -> Option<Fit> {
     let origin: Point3 = axis.origin + direction.into_inner() * center.y;
     let torus =
         Torus { axis: Axis { origin, direction }, major_radius: center.x, minor_radius: radius.abs() };
-    (center.x > -radius.abs()).then(|| Fit { surface: Surface::Torus(torus), outward: radius > 0.0 })
+    (center.x > -radius.abs()).then_some(Fit { surface: Surface::Torus(torus), outward: radius > 0.0 })
 }

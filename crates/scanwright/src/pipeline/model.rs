@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::brep::close::{self, Closed};
-use crate::brep::{self, Built, IssueCode, LabelledMesh, Solid};
+use crate::brep::{self, Built, IssueCode, Solid};
 use crate::condition::Support;
 use crate::mesh::Mesh;
 use crate::segment::{RegionId, Segmentation};

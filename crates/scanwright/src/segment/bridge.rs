@@ -84,7 +84,7 @@ impl Piece {
         let mut touched: Vec<u32> = open.iter().map(|&v| loops[v as usize]).collect();
         touched.sort_unstable();
         touched.dedup();
-        let mut scratch = Scratch::new(field.len());
+        let mut scratch = Scratch::new(field.n_vertices());
         let depths = field.depths(members, 1, &mut scratch);
         let outermost = |(&v, depth): (&u32, u8)| (depth == 0 || field.on_boundary[v as usize]).then_some(v);
         let border: Vec<u32> = members.iter().zip(depths).filter_map(outermost).collect();
@@ -176,9 +176,9 @@ fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
 
 /// One per vertex: its connected piece of the scan's border; `u32::MAX` inside.
 fn border_loops(field: &Field) -> Vec<u32> {
-    let mut loops = vec![u32::MAX; field.len()];
+    let mut loops = vec![u32::MAX; field.n_vertices()];
     let mut n_loops = 0;
-    for start in 0..field.len() {
+    for start in 0..field.n_vertices() {
         if !field.on_boundary[start] || loops[start] != u32::MAX {
             continue;
         }

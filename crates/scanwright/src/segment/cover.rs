@@ -25,7 +25,7 @@ const REACH_BLURS: f64 = 3.0;
 impl Cover {
     /// Nothing explained.
     pub fn new(field: &Field) -> Self {
-        let n = field.len();
+        let n = field.n_vertices();
         Self {
             fits: Vec::new(),
             best: vec![UNEXPLAINED; n],
@@ -137,7 +137,7 @@ impl Local {
     fn new(cover: &mut Cover, field: &Field, core: &[u32], without: u32) -> Self {
         let reach = cover.reach;
         let vertices = field.dilated(core, reach, &mut cover.scratch);
-        let mut place = vec![0; field.len()];
+        let mut place = vec![0; field.n_vertices()];
         for (i, &v) in vertices.iter().enumerate() {
             place[v as usize] = i as u32 + 1;
         }

@@ -97,7 +97,7 @@ impl<'a> Field<'a> {
     }
 
     /// Number of vertices.
-    pub fn len(&self) -> usize {
+    pub fn n_vertices(&self) -> usize {
         self.points.len()
     }
 

@@ -26,19 +26,22 @@ const N_FINAL: usize = 20_000;
 const VERTICES_PER_SAMPLE: f64 = 80.0;
 
 /// Turns vertex labels into regions of triangles with fitted primitives.
-pub(super) fn finish(mesh: &Mesh, field: &Field, labels: Labels, options: &SegmentOptions) -> Segmentation {
-    let mut regions = Regions::from_labels(field, &labels, options);
+pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &SegmentOptions) -> Segmentation {
+    let mut regions = Regions::from_labels(field, labels, options);
     regions.flood(field, FLOOD_RINGS);
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
     let members = regions.members();
     let primitives = par::map_indices(regions.fits.len(), |k| {
-        primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.len()))
+        primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.n_vertices()))
     });
     let labels = triangle_labels(mesh, field, &regions, &primitives);
     Segmentation { labels, primitives }
 }
+
+/// What a region asks for: cost, then order of arrival; vertex, region, ring.
+type Claim = (OrderedCost, u64, u32, u32, u32);
 
 /// One region per connected set of equal labels.
 struct Regions {
@@ -48,8 +51,8 @@ struct Regions {
 
 impl Regions {
     fn from_labels(field: &Field, labels: &Labels, options: &SegmentOptions) -> Self {
-        let mut scratch = Scratch::new(field.len());
-        let mut regions = Self { of_vertex: vec![None; field.len()], fits: Vec::new() };
+        let mut scratch = Scratch::new(field.n_vertices());
+        let mut regions = Self { of_vertex: vec![None; field.n_vertices()], fits: Vec::new() };
         // A face must be two rings deep, or half as wide as the user's smallest face.
         let min_depth =
             options.min_face.map_or(2.0, |width| (0.5 * width / field.spacing).max(1.0)).min(200.0) as usize;
@@ -70,17 +73,13 @@ impl Regions {
     fn flood(&mut self, field: &Field, rings: u32) {
         let mut heap = BinaryHeap::new();
         let mut order = 0_u64;
-        let mut push = |heap: &mut BinaryHeap<Reverse<(OrderedCost, u64, u32, u32, u32)>>,
-                        fits: &[Option<Fit>],
-                        v,
-                        k,
-                        ring| {
+        let mut push = |heap: &mut BinaryHeap<Reverse<Claim>>, fits: &[Option<Fit>], v, k, ring| {
             let cost = fits[k as usize]
                 .map_or(0.0, |fit| fit.surface.signed_distance(&field.points[v as usize]).abs());
             order += 1;
             heap.push(Reverse((OrderedCost(cost), order, v, k, ring)));
         };
-        for v in 0..field.len() {
+        for v in 0..field.n_vertices() {
             let Some(k) = self.of_vertex[v] else { continue };
             for &u in field.rings.row(v) {
                 if self.of_vertex[u as usize].is_none() {
@@ -105,8 +104,8 @@ impl Regions {
 
     /// Connected sets that nothing explains become regions of their own.
     fn add_freeform(&mut self, field: &Field) {
-        let mut seen = vec![false; field.len()];
-        for start in 0..field.len() {
+        let mut seen = vec![false; field.n_vertices()];
+        for start in 0..field.n_vertices() {
             if seen[start] || self.of_vertex[start].is_some() {
                 continue;
             }
@@ -193,7 +192,11 @@ fn primitive(field: &Field, fit: Option<Fit>, members: &[u32], scratch: &mut Scr
     };
     /// Weight of normals in the final fit: filtered normals are biased, raw distances are not.
     const FINAL_NORMAL_WEIGHT: f64 = 0.02;
-    let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, scratch);
+    /// Share of a region's vertices that its final fit rests on at least.
+    const MIN_INTERIOR_SHARE: f64 = 0.3;
+    // A few vertices in the middle of a narrow band would leave its axis free to turn.
+    let at_least = MIN_INTERIOR.max((MIN_INTERIOR_SHARE * members.len() as f64) as usize);
+    let interior = field.eroded(members, BORDER_RINGS, at_least, scratch);
     let samples: Samples = field.samples(&interior, N_FINAL);
     let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
     if let Some(better) = refine(&fit, &samples, &weights, 30) {

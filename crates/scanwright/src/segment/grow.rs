@@ -41,11 +41,11 @@ pub(super) fn explore(
     // Rounded edges between the surfaces found so far are explained too: no seed is wasted on them.
     let mut cover = Cover::of(field, hypotheses.iter());
     let roughness = normal_roughness(field);
-    let mut order: Vec<u32> = (0..field.len() as u32).collect();
+    let mut order: Vec<u32> = (0..field.n_vertices() as u32).collect();
     order.sort_by(|&a, &b| roughness[a as usize].total_cmp(&roughness[b as usize]).then(a.cmp(&b)));
     for &patch_size in patch_sizes {
-        let mut tried = vec![false; field.len()];
-        let mut scratch = Scratch::new(field.len());
+        let mut tried = vec![false; field.n_vertices()];
+        let mut scratch = Scratch::new(field.n_vertices());
         let mut next = 0;
         loop {
             let mut batch = Vec::new();
@@ -64,7 +64,7 @@ pub(super) fn explore(
                 break;
             }
             let grown = par::map(&batch, |&seed| {
-                let mut scratch = Scratch::new(field.len());
+                let mut scratch = Scratch::new(field.n_vertices());
                 grow(field, seed, patch_size, &mut scratch)
             });
             for hypothesis in grown.into_iter().flatten() {
@@ -99,7 +99,7 @@ fn is_unexplained(field: &Field, best: &[f32], labels: &Labels, seed: u32, whole
 /// Residual of a linear model of the normals over the two-ring: small inside any smooth surface, whatever its
 /// curvature, large at creases.
 fn normal_roughness(field: &Field) -> Vec<f64> {
-    par::map_indices(field.len(), |v| {
+    par::map_indices(field.n_vertices(), |v| {
         let origin = field.points[v];
         let mut ring: Vec<u32> = vec![v as u32];
         for &u in field.rings.row(v) {
@@ -144,10 +144,11 @@ fn grow(field: &Field, seed: u32, patch_size: usize, scratch: &mut Scratch) -> O
         if kind <= choice.fit.surface.kind() {
             continue;
         }
-        if let Some((other, larger)) = widen(field, kind, &region, &core, scratch) {
-            if larger.len() as f64 > 1.3 * region.len() as f64 && other.mean_cost < ACCEPT_COST {
-                (choice, region) = (other, larger);
-            }
+        if let Some((other, larger)) = widen(field, kind, &region, &core, scratch)
+            && larger.len() as f64 > 1.3 * region.len() as f64
+            && other.mean_cost < ACCEPT_COST
+        {
+            (choice, region) = (other, larger);
         }
     }
     settle(field, &choice.fit, &region, scratch)

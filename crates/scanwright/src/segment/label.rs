@@ -25,7 +25,7 @@ pub struct Labels {
 impl Labels {
     /// Nothing labelled.
     pub(super) fn none(field: &Field) -> Self {
-        Self { of_vertex: vec![None; field.len()], fits: Vec::new() }
+        Self { of_vertex: vec![None; field.n_vertices()], fits: Vec::new() }
     }
 
     /// Vertices of each connected set of one label, and its label.
@@ -58,7 +58,7 @@ impl Labels {
 
 /// Labels every vertex that a selected surface explains.
 pub(super) fn label(field: &Field, selected: &[Hypothesis], cover: &Cover) -> Labels {
-    let n = field.len();
+    let n = field.n_vertices();
     let mut cost = vec![UNEXPLAINED; n];
     let mut of_vertex: Vec<Option<u32>> = vec![None; n];
     for (k, hypothesis) in selected.iter().enumerate() {
@@ -96,7 +96,7 @@ pub(super) fn label(field: &Field, selected: &[Hypothesis], cover: &Cover) -> La
 /// One pass in vertex order; returns the number of changes.
 fn sweep(field: &Field, cover: &Cover, labels: &mut Labels) -> usize {
     let mut n_changed = 0;
-    for v in 0..field.len() {
+    for v in 0..field.n_vertices() {
         let ring = field.rings.row(v);
         let current = labels.of_vertex[v];
         if ring.iter().all(|&u| labels.of_vertex[u as usize] == current) {

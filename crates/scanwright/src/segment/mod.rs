@@ -72,14 +72,14 @@ pub fn segment(
     }
     let (selected, cover) = select::select(&field, &hypotheses);
     labels = label::label(&field, &selected, &cover);
-    finish::finish(mesh, &field, labels, options)
+    finish::finish(mesh, &field, &labels, options)
 }
 
 /// Simpler surfaces that might stand in for the complex ones selected.
 fn alternatives(field: &Field, selected: &[Hypothesis]) -> Vec<Hypothesis> {
     let found = par::map(selected, |hypothesis| match hypothesis.fit.surface.kind() {
         SurfaceKind::Plane | SurfaceKind::Cylinder => Vec::new(),
-        _ => split::parts(field, hypothesis, &mut Scratch::new(field.len())),
+        _ => split::parts(field, hypothesis, &mut Scratch::new(field.n_vertices())),
     });
     found.into_iter().flatten().collect()
 }

@@ -26,7 +26,7 @@ pub(super) fn refresh(field: &Field, labels: &Labels) -> Vec<Hypothesis> {
     let components: Vec<(u32, Vec<u32>)> =
         labels.components(field).into_iter().filter(|(_, m)| m.len() >= MIN_REGION).collect();
     let pieces: Vec<Piece> = par::map(&components, |(label, members)| {
-        let mut scratch = Scratch::new(field.len());
+        let mut scratch = Scratch::new(field.n_vertices());
         refit(field, labels.fits[*label as usize], members.clone(), &mut scratch)
     })
     .into_iter()
@@ -34,7 +34,7 @@ pub(super) fn refresh(field: &Field, labels: &Labels) -> Vec<Hypothesis> {
     .collect();
     let merged = merge_neighbours(field, pieces);
     par::map(&merged, |piece| {
-        let mut scratch = Scratch::new(field.len());
+        let mut scratch = Scratch::new(field.n_vertices());
         settle(field, &piece.fit, &piece.members, &mut scratch)
     })
     .into_iter()
@@ -133,7 +133,7 @@ fn concatenated(a: &Samples, b: &Samples) -> Samples {
 
 /// Pairs of pieces whose regions meet when both grow by the width of a rounded edge.
 fn neighbours(field: &Field, pieces: &[Piece]) -> Vec<(usize, usize)> {
-    let mut owner: Vec<Option<u32>> = vec![None; field.len()];
+    let mut owner: Vec<Option<u32>> = vec![None; field.n_vertices()];
     let mut front: Vec<u32> = Vec::new();
     for (k, piece) in pieces.iter().enumerate() {
         for &v in &piece.members {
@@ -154,7 +154,7 @@ fn neighbours(field: &Field, pieces: &[Piece]) -> Vec<(usize, usize)> {
         front = next;
     }
     let mut pairs = Vec::new();
-    for v in 0..field.len() {
+    for v in 0..field.n_vertices() {
         let Some(a) = owner[v] else { continue };
         for &u in field.rings.row(v) {
             if let Some(b) = owner[u as usize]

@@ -157,8 +157,9 @@ impl Entities {
         let sense = if face.same_sense == lemon { "F" } else { "T" };
         let kind = geometry.kind().map_or("freeform", |k| k.name());
         self.add(&format!(
-            "ADVANCED_FACE('region {} {kind}',{},#{surface},.{sense}.)",
+            "ADVANCED_FACE('region {} {kind}{}',{},#{surface},.{sense}.)",
             face.region.0,
+            if face.assumed { " assumed" } else { "" },
             references(&bounds)
         ))
     }

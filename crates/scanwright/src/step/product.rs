@@ -1,5 +1,7 @@
 //! The file around the geometry: header, product, context, units, colours.
 
+use std::fmt::Write;
+
 use super::entities::{Entities, real, references};
 use super::{LengthUnit, Schema, StepOptions};
 use crate::brep::{Face, Solid};
@@ -66,8 +68,11 @@ fn quoted(text: &str) -> String {
             ' '..='~' => out.push(c),
             _ => {
                 let mut units = [0; 2];
-                let hex: String = c.encode_utf16(&mut units).iter().map(|u| format!("{u:04X}")).collect();
-                out.push_str(&format!("\\X2\\{hex}\\X0\\"));
+                out.push_str("\\X2\\");
+                for unit in c.encode_utf16(&mut units) {
+                    let _ = write!(out, "{unit:04X}");
+                }
+                out.push_str("\\X0\\");
             }
         }
     }

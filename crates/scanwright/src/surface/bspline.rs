@@ -99,7 +99,7 @@ impl SplineSurface {
             let offset = target - point;
             let (aa, ab, bb) = (a.dot(&a), a.dot(&b), b.dot(&b));
             let det = aa * bb - ab * ab;
-            if !(det > 0.0) {
+            if det.is_nan() || det <= 0.0 {
                 break;
             }
             let (ra, rb) = (a.dot(&offset), b.dot(&offset));
@@ -170,7 +170,7 @@ fn chord_parameters(points: &[Point3]) -> Option<Vec<f64>> {
     for pair in points.windows(2) {
         let step = (pair[1] - pair[0]).norm();
         let last = lengths[lengths.len() - 1];
-        if !(last + step > last) {
+        if step.is_nan() || last + step <= last {
             return None;
         }
         lengths.push(last + step);
@@ -199,7 +199,7 @@ fn solve_collocation(knots: &[f64], parameters: &[f64], points: &[Point3]) -> Op
     let mut right: Vec<Vec3> = points.iter().map(|p| p.coords).collect();
     for i in 0..n {
         let pivot = rows[i][DEGREE];
-        if !(pivot.abs() > f64::EPSILON) {
+        if pivot.is_nan() || pivot.abs() <= f64::EPSILON {
             return None;
         }
         for j in i + 1..(i + DEGREE + 1).min(n) {

@@ -136,6 +136,7 @@ impl Surface {
     }
 
     /// The surface after `p -> rotation * (p * scale) + translation`.
+    #[must_use]
     pub fn transformed(&self, rotation: &nalgebra::Rotation3<f64>, scale: f64, translation: &Vec3) -> Self {
         let point = |p: &Point3| rotation * Point3::from(p.coords * scale) + translation;
         let unit = |u: &UnitVec3| UnitVec3::new_normalize(rotation * u.into_inner());

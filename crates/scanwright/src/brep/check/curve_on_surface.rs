@@ -22,7 +22,7 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
             let off = points.iter().map(|p| domain.distance(p));
             // Not `max`: a distance that is no number must win.
             let distance = off.fold(0.0, |m: f64, d| if d <= m { m } else { d });
-            if !(distance <= gap) {
+            if distance > gap || distance.is_nan() {
                 problems.push(Problem::CurveOffSurface {
                     edge: edge_use.edge,
                     face: FaceId(f as u32),

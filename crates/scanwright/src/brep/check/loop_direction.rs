@@ -13,7 +13,7 @@ pub(super) fn check(solid: &Solid) -> Vec<Problem> {
             face.loops.iter().map(|l| seen_from_outside * signed_area(&domain.polygon(solid, l))).collect();
         let outer = (0..areas.len()).max_by(|a, b| areas[*a].abs().total_cmp(&areas[*b].abs()));
         let wrong = |(index, area): &(usize, f64)| {
-            if Some(*index) == outer { !(*area > 0.0) } else { !(*area < 0.0) }
+            area.is_nan() || if Some(*index) == outer { *area <= 0.0 } else { *area >= 0.0 }
         };
         let wrong = areas.into_iter().enumerate().filter(wrong);
         wrong

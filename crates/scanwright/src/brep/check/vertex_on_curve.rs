@@ -8,8 +8,7 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
     for (i, edge) in solid.edges.iter().enumerate() {
         for vertex in [edge.start, edge.end] {
             let distance = edge.curve.distance_to_end(&solid.point(vertex));
-            // Not `>`: a distance that is no number is a problem too.
-            if !(distance <= gap) {
+            if distance > gap || distance.is_nan() {
                 problems.push(Problem::VertexOffCurve { vertex, edge: EdgeId(i as u32), distance, gap });
             }
         }

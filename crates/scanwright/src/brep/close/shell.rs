@@ -329,8 +329,7 @@ impl Shell {
             }
         }
         let limit = ISLAND * self.spacing * self.spacing;
-        for t in 0..component.len() {
-            let c = component[t];
+        for (t, &c) in component.iter().enumerate() {
             let widest = borders[c].iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
             if let Some((&label, _)) = widest.filter(|_| is_invented[c] && areas[c] < limit) {
                 self.labels[t] = label;

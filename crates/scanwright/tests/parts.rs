@@ -1,0 +1,308 @@
+//! Solids with known surfaces, made of labelled grids.
+
+use scanwright::brep::LabelledMesh;
+use scanwright::brep::close::{Closed, close};
+use scanwright::condition::Support;
+use scanwright::math::{Axis, Point3, UnitVec3, Vec3};
+use scanwright::mesh::Mesh;
+use scanwright::recognize::{Primitive, Residual};
+use scanwright::segment::{RegionId, Segmentation};
+use scanwright::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
+use scanwright::tolerance::{Measured, Tolerances};
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Edge length of all generated grids.
+pub const STEP: f64 = 1.0;
+
+/// Label of the lower face of `block`.
+pub const BOTTOM: u32 = 4;
+
+#[derive(Debug, Clone, Default)]
+pub struct Part {
+    pub mesh: Mesh,
+    pub labels: Vec<u32>,
+    pub primitives: Vec<Primitive>,
+    welded: BTreeMap<[i64; 3], u32>,
+    pub scale: f64,
+}
+
+impl Part {
+    pub fn new() -> Self {
+        Self { scale: 1.0, ..Self::default() }
+    }
+
+    pub fn vertex(&mut self, p: Point3) -> u32 {
+        let key = [p.x, p.y, p.z].map(|c| (c * 1e6).round() as i64);
+        *self.welded.entry(key).or_insert_with(|| {
+            self.mesh.vertices.push(p);
+            self.mesh.vertices.len() as u32 - 1
+        })
+    }
+
+    /// A grid over the unit square, whose picture by `point` is seen from outside with u to the right and v up.
+    pub fn grid(&mut self, label: u32, nu: usize, nv: usize, point: impl Fn(f64, f64) -> Point3) {
+        let at = |i: usize, j: usize| point(i as f64 / nu as f64, j as f64 / nv as f64);
+        for i in 0..nu {
+            for j in 0..nv {
+                let [a, b, c, d] =
+                    [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|p| self.vertex(p));
+                for triangle in [[a, b, c], [a, c, d]] {
+                    self.mesh.triangles.push(triangle);
+                    self.labels.push(label);
+                }
+            }
+        }
+    }
+
+    pub fn without(&self, drop: impl Fn(u32, Point3) -> bool) -> Self {
+        let (mesh, old, _) = self.mesh.submesh(|t| !drop(self.labels[t], self.mesh.triangle_center(t)));
+        let labels = old.iter().map(|&t| self.labels[t as usize]).collect();
+        let mut part = Self { mesh, labels, primitives: self.primitives.clone(), ..Self::new() };
+        for (v, p) in part.mesh.vertices.iter().enumerate() {
+            part.welded.insert([p.x, p.y, p.z].map(|c| (c * 1e6).round() as i64), v as u32);
+        }
+        part
+    }
+
+    /// Adds the full disc that closes a pipe below.
+    pub fn with_disc(mut self, radius: f64, z: f64) -> Self {
+        let label = self.primitives.len() as u32;
+        self.primitives.push(plane(Point3::new(0.0, 0.0, z), -Vec3::z()));
+        let n = around(radius);
+        self.grid(label, n, 12, |u, v| {
+            let (sin, cos) = (-TAU * u).sin_cos();
+            // A tiny pin hole in the middle, closed below, keeps the grid free of triangles without area.
+            let r = radius + (0.3 - radius) * v;
+            Point3::new(r * cos, r * sin, z)
+        });
+        let rim: Vec<u32> = (0..n)
+            .map(|i| {
+                let (sin, cos) = (-TAU * i as f64 / n as f64).sin_cos();
+                self.vertex(Point3::new(0.3 * cos, 0.3 * sin, z))
+            })
+            .collect();
+        let center = self.vertex(Point3::new(0.0, 0.0, z));
+        for i in 0..n {
+            self.mesh.triangles.push([rim[i], rim[(i + 1) % n], center]);
+            self.labels.push(label);
+        }
+        self
+    }
+
+    pub fn moved(&self, rotation: &nalgebra::Rotation3<f64>, scale: f64, translation: &Vec3) -> Self {
+        let mut moved = self.clone();
+        moved.scale = scale;
+        for p in &mut moved.mesh.vertices {
+            *p = rotation * Point3::from(p.coords * scale) + translation;
+        }
+        for primitive in &mut moved.primitives {
+            primitive.surface = primitive.surface.map(|s| s.transformed(rotation, scale, translation));
+        }
+        moved
+    }
+
+    pub fn close(&self, support: Option<&Support>) -> Closed {
+        let labels = self.labels.iter().map(|&l| Some(RegionId(l))).collect();
+        let segmentation = Segmentation { labels, primitives: self.primitives.clone() };
+        close(&self.mesh, &segmentation, support, &tolerances(STEP * self.scale))
+    }
+
+    /// What the builder takes, nothing of it assumed.
+    pub fn labelled(&self) -> LabelledMesh {
+        LabelledMesh {
+            mesh: self.mesh.clone(),
+            labels: self.labels.iter().map(|&l| RegionId(l)).collect(),
+            primitives: self.primitives.clone(),
+            assumed: vec![false; self.labels.len()],
+        }
+    }
+}
+
+pub fn primitive(surface: Surface, outward: bool) -> Primitive {
+    Primitive {
+        surface: Some(surface),
+        outward,
+        residual: Residual::default(),
+        covariance: Vec::new(),
+        ambiguous: None,
+    }
+}
+
+pub fn plane(point: Point3, normal: Vec3) -> Primitive {
+    primitive(Surface::Plane(Plane { point, normal: UnitVec3::new_normalize(normal) }), true)
+}
+
+pub fn cylinder(direction: UnitVec3, radius: f64, outward: bool) -> Primitive {
+    let axis = Axis { origin: Point3::origin(), direction };
+    primitive(Surface::Cylinder(Cylinder { axis, radius }), outward)
+}
+
+pub fn tolerances(spacing: f64) -> Tolerances {
+    let measured = Measured {
+        largest_coordinate: 50.0 * spacing,
+        diagonal: 50.0 * spacing,
+        spacing,
+        noise: 0.0,
+        normal_noise: 0.0,
+        edge_rounding: 0.0,
+    };
+    Tolerances::new(measured, None)
+}
+
+pub fn around(radius: f64) -> usize {
+    (TAU * radius / STEP).round() as usize
+}
+
+/// A box from the origin to `size`; label 4 is below.
+pub fn block(size: [f64; 3]) -> Part {
+    let mut part = Part::new();
+    for axis in 0..3 {
+        for upper in [true, false] {
+            let label = if axis == 2 && !upper {
+                BOTTOM
+            } else if axis == 2 {
+                5
+            } else {
+                (2 * axis + usize::from(upper)) as u32
+            };
+            let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+            let [nu, nv] = [b, c].map(|k| (size[k] / STEP).round() as usize);
+            let at = |u: f64, v: f64| {
+                let mut p = [0.0; 3];
+                p[axis] = if upper { size[axis] } else { 0.0 };
+                p[b] = size[b] * if upper { u } else { 1.0 - u };
+                p[c] = size[c] * v;
+                Point3::from(p)
+            };
+            part.grid(label, nu, nv, at);
+        }
+    }
+    part.primitives = (0..6)
+        .map(|label| {
+            let (axis, upper) = (label / 2, label % 2 == 1);
+            let mut normal = Vec3::zeros();
+            normal[axis] = if upper { 1.0 } else { -1.0 };
+            let point = if upper { Point3::from(Vec3::from(size)) } else { Point3::origin() };
+            plane(point, normal)
+        })
+        .collect();
+    part
+}
+
+/// A pipe about z, centred: wall 0, bore 1, upper end 2, lower end 3.
+pub fn pipe(outer: f64, inner: f64, height: f64) -> Part {
+    let mut part = Part::new();
+    let n = around(outer);
+    let nz = (height / STEP).round() as usize;
+    let nr = ((outer - inner) / STEP).round() as usize;
+    let point =
+        |radius: f64, u: f64, z: f64| Point3::new(radius * (TAU * u).cos(), radius * (TAU * u).sin(), z);
+    let half = 0.5 * height;
+    part.grid(0, n, nz, |u, v| point(outer, u, height * v - half));
+    part.grid(1, n, nz, |u, v| point(inner, -u, height * v - half));
+    part.grid(2, n, nr, |u, v| point(outer + (inner - outer) * v, u, half));
+    part.grid(3, n, nr, |u, v| point(outer + (inner - outer) * v, -u, -half));
+    part.primitives = vec![
+        cylinder(Vec3::z_axis(), outer, true),
+        cylinder(Vec3::z_axis(), inner, false),
+        plane(Point3::new(0.0, 0.0, half), Vec3::z()),
+        plane(Point3::new(0.0, 0.0, -half), -Vec3::z()),
+    ];
+    part
+}
+
+/// A turned cap about z with all five types of surface: bottom 0, wall 1, fillet 2, rim 3, spherical dish 4, conical
+/// bore 5.
+pub fn cap() -> Part {
+    let mut part = Part::new();
+    let n = around(CAP_RADIUS);
+    let arc = |r: f64, z: f64, radius: f64, from: f64, to: f64| {
+        move |v: f64| {
+            let (sin, cos) = (from + (to - from) * v).sin_cos();
+            (r + radius * cos, z + radius * sin)
+        }
+    };
+    let straight =
+        |a: (f64, f64), b: (f64, f64)| move |v: f64| (a.0 + (b.0 - a.0) * v, a.1 + (b.1 - a.1) * v);
+    // The dish runs from the rim, over the lowest quarter of its circle, to the bore.
+    let [from, to] = [9.0_f64, 5.0].map(|r| -(r / DISH_RADIUS).acos());
+    let bore_end = (5.0, DISH_HEIGHT + DISH_RADIUS * to.sin());
+    let mut turn = |label: u32, n_steps: usize, at: &dyn Fn(f64) -> (f64, f64)| {
+        part.grid(label, n, n_steps, |u, v| {
+            let (r, z) = at(v);
+            Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z)
+        });
+    };
+    turn(0, 10, &straight((4.0, 0.0), (CAP_RADIUS, 0.0)));
+    turn(1, 10, &straight((CAP_RADIUS, 0.0), (CAP_RADIUS, 10.0)));
+    turn(2, 5, &arc(11.0, 10.0, 3.0, 0.0, FRAC_PI_2));
+    turn(3, 2, &straight((11.0, 13.0), (9.0, 13.0)));
+    turn(4, 5, &arc(0.0, DISH_HEIGHT, DISH_RADIUS, from, to));
+    turn(5, 11, &straight(bore_end, (4.0, 0.0)));
+    let axis = |z: f64| Axis { origin: Point3::new(0.0, 0.0, z), direction: Vec3::z_axis() };
+    part.primitives = vec![
+        plane(Point3::origin(), -Vec3::z()),
+        cylinder(Vec3::z_axis(), CAP_RADIUS, true),
+        primitive(Surface::Torus(Torus { axis: axis(10.0), major_radius: 11.0, minor_radius: 3.0 }), true),
+        plane(Point3::new(0.0, 0.0, 13.0), Vec3::z()),
+        primitive(Surface::Sphere(Sphere { center: axis(DISH_HEIGHT).origin, radius: DISH_RADIUS }), false),
+        primitive(
+            Surface::Cone(Cone { axis: axis(0.0), radius: 4.0, half_angle: (1.0 / bore_end.1).atan() }),
+            false,
+        ),
+    ];
+    part
+}
+
+/// Radius of `cap`.
+const CAP_RADIUS: f64 = 14.0;
+/// Centre height and radius of the dish in `cap`: through the inner rim at radius 9 and height 13.
+const DISH_HEIGHT: f64 = 25.0;
+const DISH_RADIUS: f64 = 15.0;
+
+/// A cube about the origin with bores from above (label 6) and from +x (label 7), each seen down to `seen` only.
+pub fn block_with_two_bores(half: f64, radius: f64, seen: f64) -> Part {
+    let cube = block([2.0 * half; 3]);
+    let mut part = cube.without(|label, _| label == 5 || label == 1);
+    let shift = Vec3::from_element(half);
+    for p in &mut part.mesh.vertices {
+        *p -= shift;
+    }
+    part.welded = BTreeMap::new();
+    for (v, p) in part.mesh.vertices.iter().enumerate() {
+        part.welded.insert([p.x, p.y, p.z].map(|c| (c * 1e6).round() as i64), v as u32);
+    }
+    for primitive in &mut part.primitives {
+        primitive.surface =
+            primitive.surface.map(|s| s.transformed(&nalgebra::Rotation3::identity(), 1.0, &-shift));
+    }
+    part.primitives.push(cylinder(Vec3::z_axis(), radius, false));
+    part.primitives.push(cylinder(Vec3::x_axis(), radius, false));
+    let upright = |p: Point3| p;
+    let sideways = |p: Point3| Point3::new(p.z, p.x, p.y);
+    let n = 4 * (2.0 * half / STEP).round() as usize;
+    for (face, bore, turn) in [(5, 6, upright as fn(Point3) -> Point3), (1, 7, sideways)] {
+        // From the square's border, walked counter-clockwise in equal steps, to the circle.
+        let border = |u: f64| {
+            let side = (4.0 * u).floor().min(3.0);
+            let along = 2.0 * half * (4.0 * u - side) - half;
+            let (sin, cos) = (side * FRAC_PI_2).sin_cos();
+            (half * cos - along * sin, half * sin + along * cos)
+        };
+        let circle = |u: f64| {
+            let (x, y) = border(u);
+            let r = radius / x.hypot(y);
+            (x * r, y * r)
+        };
+        part.grid(face, n, 15, |u, v| {
+            let ((x, y), (cx, cy)) = (border(u), circle(u));
+            turn(Point3::new(x + (cx - x) * v, y + (cy - y) * v, half))
+        });
+        part.grid(bore, n, 6, |u, v| {
+            let (cx, cy) = circle(u);
+            turn(Point3::new(cx, cy, half - seen * v))
+        });
+    }
+    part
+}
