@@ -8,11 +8,13 @@
 mod bilateral;
 mod guided;
 mod neighborhood;
+mod ring;
 mod sun2007;
 mod vertices;
 
 pub use bilateral::Bilateral;
 pub use guided::Guided;
+pub use ring::ring_filtered_normals;
 pub use sun2007::Sun2007;
 
 use crate::math::{Point3, Vec3};

@@ -1,6 +1,7 @@
 //! One function per stage: what each is given and what it leaves for the next.
 
 use crate::condition::{self, ConditionReport, Conditioned, Support};
+use crate::denoise;
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::segment::{self, SegmentOptions, Segmentation};
@@ -50,26 +51,7 @@ pub(super) fn part(scan: &Scan, support: Option<&Support>) -> Part {
 
 /// One filtered unit normal per vertex of the part.
 pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
-    if let Ok(m) = std::env::var("DEV_DENOISE") {
-        let method = match m.as_str() {
-            "sun" => crate::denoise::DenoiseMethod::Sun2007(Default::default()),
-            "bil" => crate::denoise::DenoiseMethod::Bilateral(Default::default()),
-            _ => crate::denoise::DenoiseMethod::Guided(Default::default()),
-        };
-        let d = crate::denoise::denoise(&part.mesh, &part.adjacency, tolerances, &method);
-        return crate::denoise::vertex_normals(&part.mesh, &d);
-    }
-    let sigma = (2.0 * tolerances.noise() / tolerances.spacing()).max(0.25);
-    let mut normals = part.mesh.vertex_normals();
-    for _ in 0..4 {
-        normals = crate::par::map_indices(normals.len(), |v| {
-            let n = normals[v];
-            let ring = part.adjacency.vertex_vertices.row(v).iter().map(|&u| normals[u as usize]);
-            let sum: Vec3 = ring.map(|m| m * (-(m - n).norm_squared() / (2.0 * sigma * sigma)).exp()).sum();
-            (n + sum).try_normalize(0.0).unwrap_or(n)
-        });
-    }
-    normals
+    denoise::ring_filtered_normals(&part.mesh, &part.adjacency, tolerances)
 }
 
 pub(super) fn segment(

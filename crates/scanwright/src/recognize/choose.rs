@@ -34,6 +34,14 @@ pub struct Choice {
     pub mean_cost: f64,
 }
 
+/// Types from simple to complex. A strip of a cylinder or cone fits a sphere: the cone comes first.
+pub const TYPE_ORDER: [SurfaceKind; 5] = [
+    SurfaceKind::Plane,
+    SurfaceKind::Cylinder,
+    SurfaceKind::Cone,
+    SurfaceKind::Sphere,
+    SurfaceKind::Torus,
+];
 /// Cost at which one sample counts no more: five sigmas.
 pub const COST_CAP: f64 = 25.0;
 /// Vertices per independent sample of the wavy part of the noise (correlation length of 5 to 7 spacings).
@@ -56,14 +64,7 @@ pub fn choose(
     previous: Option<&Fit>,
 ) -> Option<Choice> {
     let mut current: Option<Choice> = None;
-    for kind in [
-        SurfaceKind::Plane,
-        SurfaceKind::Cylinder,
-        // A strip of a cylinder or cone fits a sphere: the cone comes first.
-        SurfaceKind::Cone,
-        SurfaceKind::Sphere,
-        SurfaceKind::Torus,
-    ] {
+    for kind in TYPE_ORDER {
         if current.is_some_and(|c| c.mean_cost < lowest_useful_gain(n)) {
             break;
         }
@@ -123,7 +124,8 @@ fn lowest_useful_gain(n: usize) -> f64 {
     0.1 + (VERTICES_PER_SAMPLE / n as f64).min(0.6)
 }
 
-fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize, limits: &Limits) -> bool {
+/// Whether the more complex of two fits to `samples`, standing for `n` vertices, is worth its freedom.
+pub fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize, limits: &Limits) -> bool {
     let q = freedom(complex.fit.surface.kind()) - freedom(simple.fit.surface.kind());
     let n = n as f64;
     let penalty =

@@ -15,8 +15,8 @@ use crate::par;
 use crate::recognize::COST_CAP;
 use crate::surface::SurfaceKind;
 
-/// Border vertices that a piece must have: fewer are a scratch, not an end.
-const MIN_BORDER: usize = 5;
+/// Share of a piece's border that the scan must have left open: less is a scratch, not an end.
+const MIN_OPEN_SHARE: f64 = 0.25;
 /// Samples per piece in a test.
 const N_TEST: usize = 200;
 /// Border vertices per piece that are asked what they face.
@@ -72,7 +72,7 @@ struct Piece {
     loops: Vec<u32>,
     /// Vertices next to another region or to nothing, thinned to [`N_FACING`].
     border: Vec<u32>,
-    n_border: usize,
+    open_share: f64,
     n: usize,
     samples: Samples,
     mean_cost: f64,
@@ -88,16 +88,17 @@ impl Piece {
         let depths = field.depths(members, 1, &mut scratch);
         let outermost = |(&v, depth): (&u32, u8)| (depth == 0 || field.on_boundary[v as usize]).then_some(v);
         let border: Vec<u32> = members.iter().zip(depths).filter_map(outermost).collect();
+        let open_share = open.len() as f64 / border.len().max(1) as f64;
         let border = border.iter().copied().step_by(border.len().div_ceil(N_FACING).max(1)).collect();
         let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
         let samples = field.samples(&interior, N_TEST);
         let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(field, &fit, &samples));
-        Self { fit, loops: touched, border, n_border: open.len(), n: members.len(), samples, mean_cost }
+        Self { fit, loops: touched, border, open_share, n: members.len(), samples, mean_cost }
     }
 
     fn may_join(&self, other: &Self) -> bool {
         let (Some(a), Some(b)) = (self.fit, other.fit) else { return false };
-        let ends = self.n_border >= MIN_BORDER && other.n_border >= MIN_BORDER;
+        let ends = self.open_share.min(other.open_share) > MIN_OPEN_SHARE;
         let planes = a.surface.kind() == SurfaceKind::Plane || b.surface.kind() == SurfaceKind::Plane;
         let same_loop = self.loops.iter().any(|l| other.loops.contains(l));
         ends && a.outward == b.outward && (same_loop || !planes)

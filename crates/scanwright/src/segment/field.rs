@@ -19,7 +19,7 @@ pub struct Field<'a> {
     pub on_boundary: &'a [bool],
     /// Mean vertex distance, length.
     pub spacing: f64,
-    /// Deviation of the scanner's spot, length; zero when unknown.
+    /// Deviation of the scanner's spot, length; zero for meshes that no scanner made.
     pub blur: f64,
     /// Scale of costs.
     pub weights: Weights,
@@ -74,7 +74,7 @@ impl<'a> Field<'a> {
             rings: &adjacency.vertex_vertices,
             on_boundary: &adjacency.on_boundary,
             spacing,
-            blur: tolerances.edge_rounding(),
+            blur: Self::blur(tolerances),
             weights: Weights {
                 distance_sigma: sigma,
                 normal_sigma: Self::NORMAL_SIGMA,
@@ -88,6 +88,14 @@ impl<'a> Field<'a> {
             },
             start_sigma: sigma,
         }
+    }
+
+    /// Where no edge was sharp enough to measure the spot, a scan that has noise is taken to have a spot of its own
+    /// spacing: scanners are built so.
+    fn blur(tolerances: &Tolerances) -> f64 {
+        let measured = tolerances.edge_rounding();
+        let is_scan = tolerances.noise() > 0.02 * tolerances.spacing();
+        if measured <= 0.0 && is_scan { tolerances.spacing() } else { measured }
     }
 
     /// Tilt that neither filtered noise nor a rounded border feigns: noise over two spacings, not below what the
@@ -183,6 +191,38 @@ impl<'a> Field<'a> {
         depths
     }
 
+    /// One per vertex of `region`: the vertex outside that is nearest in rings, if within `rings`.
+    pub fn nearest_outside(&self, region: &[u32], rings: usize, scratch: &mut Scratch) -> Vec<Option<u32>> {
+        let mark = scratch.next_mark();
+        for (place, &v) in region.iter().enumerate() {
+            scratch.mark[v as usize] = mark;
+            scratch.place[v as usize] = place as u32;
+        }
+        let mut nearest: Vec<Option<u32>> = region
+            .iter()
+            .map(|&v| {
+                self.rings.row(v as usize).iter().copied().find(|&u| scratch.mark[u as usize] != mark)
+            })
+            .collect();
+        let mut front: Vec<u32> =
+            region.iter().zip(&nearest).filter(|(_, u)| u.is_some()).map(|(v, _)| *v).collect();
+        for _ in 1..rings {
+            let mut next = Vec::new();
+            for &v in &front {
+                let source = nearest[scratch.place[v as usize] as usize];
+                for &u in self.rings.row(v as usize) {
+                    let inside = scratch.mark[u as usize] == mark;
+                    if inside && nearest[scratch.place[u as usize] as usize].is_none() {
+                        nearest[scratch.place[u as usize] as usize] = source;
+                        next.push(u);
+                    }
+                }
+            }
+            front = next;
+        }
+        nearest
+    }
+
     /// The `n` vertices nearest to `seed` in rings, nearest first.
     pub fn patch(&self, seed: u32, n: usize, scratch: &mut Scratch) -> Vec<u32> {
         let mark = scratch.next_mark();
@@ -268,6 +308,7 @@ impl<'a> Field<'a> {
 #[derive(Debug)]
 pub struct Scratch {
     mark: Vec<u32>,
+    place: Vec<u32>,
     depth: Vec<u8>,
     last: u32,
 }
@@ -275,7 +316,7 @@ pub struct Scratch {
 impl Scratch {
     /// Scratch space for `n` vertices.
     pub fn new(n: usize) -> Self {
-        Self { mark: vec![0; n], depth: vec![0; n], last: 0 }
+        Self { mark: vec![0; n], place: vec![0; n], depth: vec![0; n], last: 0 }
     }
 
     fn next_mark(&mut self) -> u32 {

@@ -8,7 +8,8 @@ use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use crate::fit::{Fit, Samples, Weights, parameter_covariance, refine};
+use super::narrow::Rim;
+use crate::fit::{Fit, Weights, parameter_covariance, refine};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::recognize::{Primitive, Residual};
@@ -34,7 +35,7 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &Segm
     regions.join(mesh, field);
     let members = regions.members();
     let primitives = par::map_indices(regions.fits.len(), |k| {
-        primitive(field, regions.fits[k], &members[k], &mut Scratch::new(field.n_vertices()))
+        primitive(field, &regions, k, &members[k], &mut Scratch::new(field.n_vertices()))
     });
     let labels = triangle_labels(mesh, field, &regions, &primitives);
     Segmentation { labels, primitives }
@@ -180,8 +181,14 @@ impl Ord for OrderedCost {
 }
 
 /// The primitive of a region: its surface fitted once more, almost by distance alone, to raw interior points.
-fn primitive(field: &Field, fit: Option<Fit>, members: &[u32], scratch: &mut Scratch) -> Primitive {
-    let Some(mut fit) = fit else {
+fn primitive(
+    field: &Field,
+    regions: &Regions,
+    region: usize,
+    members: &[u32],
+    scratch: &mut Scratch,
+) -> Primitive {
+    let Some(mut fit) = regions.fits[region] else {
         return Primitive {
             surface: None,
             outward: true,
@@ -197,11 +204,17 @@ fn primitive(field: &Field, fit: Option<Fit>, members: &[u32], scratch: &mut Scr
     // A few vertices in the middle of a narrow band would leave its axis free to turn.
     let at_least = MIN_INTERIOR.max((MIN_INTERIOR_SHARE * members.len() as f64) as usize);
     let interior = field.eroded(members, BORDER_RINGS, at_least, scratch);
-    let samples: Samples = field.samples(&interior, N_FINAL);
     let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
-    if let Some(better) = refine(&fit, &samples, &weights, 30) {
+    let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
+    let rim = Rim::of_narrow(field, members, fit_of, scratch);
+    let samples = if let Some((better, sharp)) = rim.and_then(|rim| rim.refine(field, &fit, &weights, N_FINAL)) {
         fit = better;
-    }
+        sharp.samples
+    } else {
+        let samples = field.samples(&interior, N_FINAL);
+        fit = refine(&fit, &samples, &weights, 30).unwrap_or(fit);
+        samples
+    };
     if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
         plane.normal = -plane.normal;
         fit.outward = true;

@@ -252,7 +252,12 @@ fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Ve
 }
 
 /// The hypothesis of a chosen surface: all that it may explain around `interior`; `None` when it fits too badly.
-fn collect(field: &Field, choice: &Choice, interior: &[u32], scratch: &mut Scratch) -> Option<Hypothesis> {
+fn collect(
+    field: &Field,
+    choice: &Choice,
+    interior: &[u32],
+    scratch: &mut Scratch,
+) -> Option<Hypothesis> {
     if choice.mean_cost > ACCEPT_COST {
         return None;
     }

@@ -12,6 +12,7 @@ mod field;
 mod finish;
 mod grow;
 mod label;
+mod narrow;
 mod refresh;
 mod select;
 mod split;
@@ -62,17 +63,23 @@ pub fn segment(
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {
         grow::explore(&field, &mut hypotheses, patch_sizes, round > 0, &labels);
         for _ in 0..2 {
-            let (selected, _) = select::select(&field, &hypotheses);
-            hypotheses.extend(alternatives(&field, &selected));
-            let (selected, cover) = select::select(&field, &hypotheses);
-            labels = label::label(&field, &selected, &cover);
+            labels = labelled(&field, &mut hypotheses);
             field.adapt_noise(&labels);
             hypotheses = refresh::refresh(&field, &labels);
         }
     }
+    // No alternatives here: nothing would merge them again.
     let (selected, cover) = select::select(&field, &hypotheses);
     labels = label::label(&field, &selected, &cover);
     finish::finish(mesh, &field, &labels, options)
+}
+
+/// Labels by the best set of surfaces. Simpler surfaces that may stand in for complex ones join the hypotheses.
+fn labelled(field: &Field, hypotheses: &mut Vec<Hypothesis>) -> label::Labels {
+    let (selected, _) = select::select(field, hypotheses);
+    hypotheses.extend(alternatives(field, &selected));
+    let (selected, cover) = select::select(field, hypotheses);
+    label::label(field, &selected, &cover)
 }
 
 /// Simpler surfaces that might stand in for the complex ones selected.

@@ -42,7 +42,12 @@ pub(super) fn refresh(field: &Field, labels: &Labels) -> Vec<Hypothesis> {
     .collect()
 }
 
-fn refit(field: &Field, fit: Fit, members: Vec<u32>, scratch: &mut Scratch) -> Option<Piece> {
+fn refit(
+    field: &Field,
+    fit: Fit,
+    members: Vec<u32>,
+    scratch: &mut Scratch,
+) -> Option<Piece> {
     let interior = field.eroded(&members, BORDER_RINGS, MIN_INTERIOR, scratch);
     let samples = field.samples(&interior, N_MERGE);
     let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(&fit))?;
