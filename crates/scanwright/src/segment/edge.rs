@@ -26,10 +26,8 @@ struct Blurred {
 fn blurred(a: &Fit, b: &Fit, blur: f64, point: &Point3) -> [Blurred; 2] {
     let (da, na) = a.distance_and_outward_normal(point);
     let (db, nb) = b.distance_and_outward_normal(point);
-    let (t, apart) = (da - db, na - nb);
-    let tau = (blur * apart.norm()).max(f64::MIN_POSITIVE);
-    let erf = erf(t / (tau * std::f64::consts::SQRT_2));
-    let magnitude = tau * (2.0 / std::f64::consts::PI).sqrt() * (-t * t / (2.0 * tau * tau)).exp() + t * erf;
+    let apart = na - nb;
+    let (magnitude, erf) = blurred_magnitude(da - db, blur * apart.norm());
     [1.0, -1.0].map(|side| {
         let gradient = (na + nb) * 0.5 + apart * (0.5 * side * erf);
         let slope = gradient.norm().max(0.1);
@@ -40,6 +38,19 @@ fn blurred(a: &Fit, b: &Fit, blur: f64, point: &Point3) -> [Blurred; 2] {
             first: (da, na),
         }
     })
+}
+
+/// `E|t + tau x|` for a standard normal x, and its derivative by t.
+fn blurred_magnitude(t: f64, tau: f64) -> (f64, f64) {
+    let tau = tau.max(f64::MIN_POSITIVE);
+    let erf = erf(t / (tau * std::f64::consts::SQRT_2));
+    let magnitude = tau * (2.0 / std::f64::consts::PI).sqrt() * (-t * t / (2.0 * tau * tau)).exp() + t * erf;
+    (magnitude, erf)
+}
+
+/// `max(a, b)` blurred; `tau`: the deviation of `a - b`.
+pub(super) fn blurred_maximum(a: f64, b: f64, tau: f64) -> f64 {
+    0.5 * (a + b + blurred_magnitude(a - b, tau).0)
 }
 
 /// Cost of a vertex under the blurred edge of two surfaces.

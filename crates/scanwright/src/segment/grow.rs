@@ -252,7 +252,7 @@ fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Ve
 }
 
 /// The hypothesis of a chosen surface: all that it may explain around `interior`; `None` when it fits too badly.
-fn collect(
+pub(super) fn collect(
     field: &Field,
     choice: &Choice,
     interior: &[u32],

@@ -1,7 +1,7 @@
 //! Faces so narrow that the scanner's rounding of their edges reaches most of them.
 //!
 //! Cutting a border away, as for wide faces, would leave nothing; keeping it makes an arc of every chamfer. Instead
-//! the neighbours are taken as known, the rounding of the common edges is predicted (`edge`), and each type is
+//! the neighbours are taken as known, the rounding of the common edges is predicted (`edge`), and surfaces are
 //! fitted to what the scan would show without it. The fit and the prediction improve each other in a few rounds.
 
 use super::edge::{self, Sharpened};
@@ -44,24 +44,18 @@ impl Rim {
         across.iter().any(Option::is_some).then(|| Self { members: members.to_vec(), across })
     }
 
-    /// The type and surface that explain the face together with the rounding of its edges.
-    pub fn choose(&self, field: &Field, previous: &Fit) -> Option<Choice> {
-        let mut current: Option<(Choice, Samples)> = None;
-        for kind in TYPE_ORDER {
-            let starts = self.sharpened(field, previous).samples;
-            let Some(first) = fit_kind(kind, &starts, &field.weights, &field.limits, Some(previous)) else {
-                continue;
-            };
-            let Some((fit, rim)) = self.refine(field, &first.fit, &field.weights, N_SAMPLES) else { continue };
-            let next = Choice { fit, mean_cost: rim.mean_cost };
-            let better = current.as_ref().is_none_or(|(simple, _)| {
-                is_better(simple, &next, &rim.samples, self.members.len(), &field.limits)
-            });
-            if better {
-                current = Some((next, rim.samples));
-            }
-        }
-        current.map(|(choice, _)| choice)
+    /// A simpler surface that explains the face together with the rounding of its edges as well as `complex` does.
+    pub fn simpler(&self, field: &Field, complex: &Fit) -> Option<Choice> {
+        let start = self.sharpened(field, complex).samples;
+        let (complex, rim) = self.refine(field, complex, &field.weights, N_SAMPLES)?;
+        let complex = Choice { fit: complex, mean_cost: rim.mean_cost };
+        TYPE_ORDER.into_iter().take_while(|kind| *kind < complex.fit.surface.kind()).find_map(|kind| {
+            let first = fit_kind(kind, &start, &field.weights, &field.limits, None)?;
+            let (fit, rim) = self.refine(field, &first.fit, &field.weights, N_SAMPLES)?;
+            let simple = Choice { fit, mean_cost: rim.mean_cost };
+            let enough = !is_better(&simple, &complex, &rim.samples, self.members.len(), &field.limits);
+            enough.then_some(simple)
+        })
     }
 
     /// Fits the surface of `start` and the rounding in turns.

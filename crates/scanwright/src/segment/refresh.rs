@@ -1,11 +1,13 @@
 //! Labelled regions become hypotheses again: retyped on their interior, merged with neighbours of the same surface.
 
 use super::field::{Field, Hypothesis, Scratch};
-use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR, collect, settle};
 use super::label::Labels;
+use super::narrow::Rim;
 use crate::fit::{Fit, Samples};
 use crate::par;
-use crate::recognize::{COST_CAP, choose};
+use crate::recognize::{COST_CAP, Choice, choose};
+use crate::surface::SurfaceKind;
 
 /// Smallest region that is refitted, in vertices.
 const MIN_REGION: usize = 20;
@@ -19,6 +21,8 @@ struct Piece {
     members: Vec<u32>,
     interior: Vec<u32>,
     mean_cost: f64,
+    /// Whether the rounding of its edges was part of the choice of its type.
+    narrow: bool,
 }
 
 /// Hypotheses from the regions of `labels`.
@@ -27,7 +31,8 @@ pub(super) fn refresh(field: &Field, labels: &Labels) -> Vec<Hypothesis> {
         labels.components(field).into_iter().filter(|(_, m)| m.len() >= MIN_REGION).collect();
     let pieces: Vec<Piece> = par::map(&components, |(label, members)| {
         let mut scratch = Scratch::new(field.n_vertices());
-        refit(field, labels.fits[*label as usize], members.clone(), &mut scratch)
+        let fit_of = |v: u32| labels.of_vertex[v as usize].map(|k| labels.fits[k as usize]);
+        refit(field, labels.fits[*label as usize], members.clone(), fit_of, &mut scratch)
     })
     .into_iter()
     .flatten()
@@ -35,6 +40,10 @@ pub(super) fn refresh(field: &Field, labels: &Labels) -> Vec<Hypothesis> {
     let merged = merge_neighbours(field, pieces);
     par::map(&merged, |piece| {
         let mut scratch = Scratch::new(field.n_vertices());
+        if piece.narrow {
+            let choice = Choice { fit: piece.fit, mean_cost: piece.mean_cost };
+            return collect(field, &choice, &piece.interior, &mut scratch);
+        }
         settle(field, &piece.fit, &piece.members, &mut scratch)
     })
     .into_iter()
@@ -46,12 +55,20 @@ fn refit(
     field: &Field,
     fit: Fit,
     members: Vec<u32>,
+    fit_of: impl Fn(u32) -> Option<Fit>,
     scratch: &mut Scratch,
 ) -> Option<Piece> {
     let interior = field.eroded(&members, BORDER_RINGS, MIN_INTERIOR, scratch);
     let samples = field.samples(&interior, N_MERGE);
     let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(&fit))?;
-    Some(Piece { fit: choice.fit, members, interior, mean_cost: choice.mean_cost })
+    // Rounded ends make an arc of a narrow chamfer.
+    let simpler = (choice.fit.surface.kind() > SurfaceKind::Cylinder)
+        .then(|| Rim::of_narrow(field, &members, fit_of, scratch))
+        .flatten()
+        .and_then(|rim| rim.simpler(field, &choice.fit));
+    let narrow = simpler.is_some();
+    let Choice { fit, mean_cost } = simpler.unwrap_or(choice);
+    Some(Piece { fit, members, interior, mean_cost, narrow })
 }
 
 /// Merges adjacent pieces, best pair first, until no joint surface describes two of them as well as their own.
@@ -72,6 +89,7 @@ fn merge_neighbours(field: &Field, mut pieces: Vec<Piece>) -> Vec<Piece> {
         pieces[a].members.append(&mut members);
         pieces[a].interior.extend(interior);
         pieces[a].fit = fit;
+        pieces[a].narrow = false;
         let samples = field.samples(&pieces[a].interior, N_MERGE);
         pieces[a].mean_cost = mean_cost(field, &fit, &samples);
         into[b] = a;

@@ -2,11 +2,13 @@
 //!
 //! A torus, sphere or cone may have been laid over several facets of a turned part: chamfer, ring, chamfer. In the
 //! half-plane through the axis each of those facets is a straight line, and the mean over the whole turn hardly has
-//! any noise left. The profile is cut into the best one, two, three ... lines (dynamic programming), and every line
-//! becomes a hypothesis; whether they replace the whole is decided in `select`.
+//! any noise left. The profile is cut into the best one, two, three ... lines (dynamic programming). If lines with
+//! corners as round as the scanner makes them describe it better than an arc, every line becomes a hypothesis;
+//! whether they replace the whole is decided in `select`.
 
 use std::f64::consts::PI;
 
+use super::edge;
 use super::field::{Field, Hypothesis, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle_as};
 use crate::fit::Fit;
@@ -24,6 +26,10 @@ const MOST_CELLS: usize = 64;
 const MIN_WIDTH: f64 = 2.0;
 /// Saving in squared sigmas that one more line must bring.
 const LINE_PRICE: f64 = 100.0;
+/// Price of one parameter of a profile in squared sigmas of its cells.
+const PRICE_PER_FREEDOM: f64 = 2.0;
+/// Vertices per independent sample of the noise, which is wavy.
+const VERTICES_PER_SAMPLE: f64 = 40.0;
 /// Vertices of a part, at least.
 const MIN_PART: usize = 30;
 
@@ -32,7 +38,7 @@ pub(super) fn parts(field: &Field, hypothesis: &Hypothesis, scratch: &mut Scratc
     let support: Vec<u32> = hypothesis.support.iter().map(|s| s.0).collect();
     let Some(profile) = Profile::new(field, &hypothesis.fit, &support, scratch) else { return Vec::new() };
     profile
-        .lines(field.weights.distance_sigma)
+        .lines(field.weights.distance_sigma, field.blur)
         .into_iter()
         .filter_map(|(from, to)| {
             let part = profile.vertices(from, to, field.spacing);
@@ -138,13 +144,15 @@ impl Profile {
         self.before[to].plus(self.before[from], -1.0).line_residual()
     }
 
-    /// Ranges of cells that are lines of the best cuts into two, three ... lines, each once.
-    fn lines(&self, sigma: f64) -> Vec<(usize, usize)> {
+    /// Ranges of cells that are lines of the best cuts into one, two, three ... lines, each once; none when an arc
+    /// describes the profile as well.
+    fn lines(&self, sigma: f64, blur: f64) -> Vec<(usize, usize)> {
         let n = self.members.len();
         let cost = |from, to| self.residual(from, to) / (sigma * sigma);
         // best[k][to]: cheapest cut of the first `to` cells into k + 1 lines, and where the last of them begins.
         let mut best: Vec<Vec<(f64, usize)>> = vec![(0..=n).map(|to| (cost(0, to), 0)).collect()];
         let mut found = vec![(0, n)];
+        let mut lowest = self.cost_of_lines(&found, sigma, blur);
         for k in 1..MOST_LINES.min(n) {
             let last = &best[k - 1];
             let next: Vec<(f64, usize)> = (0..=n)
@@ -159,16 +167,103 @@ impl Profile {
                 break;
             }
             best.push(next);
+            let mut lines = Vec::new();
             let mut to = n;
             for level in best.iter().rev() {
-                let from = level[to].1;
-                found.push((from, to));
-                to = from;
+                lines.push((level[to].1, to));
+                to = level[to].1;
             }
+            lines.reverse();
+            lowest = lowest.min(self.cost_of_lines(&lines, sigma, blur));
+            found.extend(lines);
+        }
+        if self.cost_of_arc(sigma) <= lowest {
+            return Vec::new();
         }
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// Squared deviations of the cells' means from a polyline with blurred corners, in units of their noise, and the
+    /// price of its lines.
+    fn cost_of_lines(&self, ranges: &[(usize, usize)], sigma: f64, blur: f64) -> f64 {
+        let lines: Vec<Line> = ranges.iter().map(|&(from, to)| self.line(from, to)).collect();
+        let mut sum = PRICE_PER_FREEDOM * 2.0 * lines.len() as f64;
+        for (k, &(from, to)) in ranges.iter().enumerate() {
+            for cell in from..to {
+                let Some((weight, r, z)) = self.mean(cell) else { continue };
+                // The nearer of the two corners rounds the line here.
+                let other = if 2 * cell < from + to { k.checked_sub(1) } else { Some(k + 1) };
+                let other = other.and_then(|k| lines.get(k));
+                let distance = lines[k].distance(r, z);
+                let deviation = other.map_or(distance, |other| lines[k].blurred(other, blur, r, z));
+                sum += weight * (deviation / sigma).powi(2);
+            }
+        }
+        sum
+    }
+
+    /// The same for the best circular arc (I. Kasa, "A circle fitting procedure and its error analysis", 1976).
+    fn cost_of_arc(&self, sigma: f64) -> f64 {
+        let (mut ata, mut atb) = (crate::math::Mat3::zeros(), crate::math::Vec3::zeros());
+        let cells: Vec<(f64, f64, f64)> = (0..self.members.len()).filter_map(|c| self.mean(c)).collect();
+        for &(weight, r, z) in &cells {
+            let row = crate::math::Vec3::new(r, z, 1.0);
+            ata += row * row.transpose() * weight;
+            atb += row * (weight * (r * r + z * z));
+        }
+        let Some(solved) = ata.try_inverse().map(|inverse| inverse * atb) else { return f64::MAX };
+        let (r0, z0) = (0.5 * solved.x, 0.5 * solved.y);
+        let radius = (solved.z + r0 * r0 + z0 * z0).max(0.0).sqrt();
+        let deviations = cells.iter().map(|&(w, r, z)| w * (((r - r0).hypot(z - z0) - radius) / sigma).powi(2));
+        deviations.sum::<f64>() + PRICE_PER_FREEDOM * 3.0
+    }
+
+    /// Number of independent samples in a cell, and its mean radius and height.
+    fn mean(&self, cell: usize) -> Option<(f64, f64, f64)> {
+        let [n, r, z, ..] = self.before[cell + 1].plus(self.before[cell], -1.0).0;
+        (n > 0.0).then(|| ((n / VERTICES_PER_SAMPLE).max(1.0), r / n, z / n))
+    }
+
+    /// Whether the profile runs with (1) or against (-1) a direction from one cell to a later one.
+    fn heading(&self, first: usize, last: usize, along: f64) -> f64 {
+        let (Some((_, r0, z0)), Some((_, r1, z1))) = (self.mean(first), self.mean(last)) else { return 1.0 };
+        ((r1 - r0) * along.cos() + (z1 - z0) * along.sin()).signum()
+    }
+
+    /// The line of a range of cells, its rounded rims left out where there is room.
+    fn line(&self, from: usize, to: usize) -> Line {
+        let rim = (to - from) / 4;
+        let [n, r, z, rr, rz, zz] = self.before[to - rim].plus(self.before[from + rim], -1.0).0;
+        let n = n.max(1.0);
+        let (rr, rz, zz) = (rr - r * r / n, rz - r * z / n, zz - z * z / n);
+        let along = 0.5 * (2.0 * rz).atan2(rr - zz);
+        // Directions follow the profile, so that all normals point to one side of it.
+        let sign = self.heading(from + rim, to - rim - 1, along);
+        Line { r: r / n, z: z / n, normal: [-sign * along.sin(), sign * along.cos()] }
+    }
+}
+
+/// A straight line in the half-plane.
+struct Line {
+    r: f64,
+    z: f64,
+    normal: [f64; 2],
+}
+
+impl Line {
+    fn distance(&self, r: f64, z: f64) -> f64 {
+        self.normal[0] * (r - self.r) + self.normal[1] * (z - self.z)
+    }
+
+    /// Distance to this line and another with their corner rounded by a spot: see `edge`. The corner is convex on the
+    /// side away from the lines' middles.
+    fn blurred(&self, other: &Self, blur: f64, r: f64, z: f64) -> f64 {
+        let apart = (self.normal[0] - other.normal[0]).hypot(self.normal[1] - other.normal[1]);
+        let side = -other.distance(self.r, self.z).signum();
+        let (a, b) = (self.distance(r, z), other.distance(r, z));
+        edge::blurred_maximum(side * a, side * b, blur * apart) * side
     }
 }
 
