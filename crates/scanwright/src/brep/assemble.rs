@@ -98,21 +98,26 @@ pub(super) struct Parts<'a> {
     pub components: (&'a [u32], usize),
 }
 
-/// One solid per connected component of the mesh that has a face.
-pub(super) fn solids(parts: &Parts) -> Vec<Solid> {
-    let (component, n) = parts.components;
-    (0..n)
-        .filter_map(|c| {
-            let inside = |p: &Patch| component[p.triangles[0] as usize] as usize == c;
-            let patches: Vec<usize> =
-                (0..parts.patches.len()).filter(|p| inside(&parts.patches[*p])).collect();
-            solid(parts, &patches)
-        })
-        .collect()
+/// A solid and the patch that each of its faces was made from.
+#[derive(Debug, Clone)]
+pub(super) struct Made {
+    pub solid: Solid,
+    pub patches: Vec<usize>,
 }
 
-fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
+/// One solid per connected component of the mesh that has a face.
+pub(super) fn solids(parts: &Parts) -> Vec<Made> {
+    let (component, n) = parts.components;
+    let mut patches: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for (p, patch) in parts.patches.iter().enumerate() {
+        patches[component[patch.triangles[0] as usize] as usize].push(p);
+    }
+    patches.iter().filter_map(|patches| solid(parts, patches)).collect()
+}
+
+fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
     let mut solid = Solid::default();
+    let mut made_from = Vec::new();
     let mut vertex_of = vec![None; parts.corners.corners.len()];
     let mut edge_of = vec![None; parts.topology.chains.len()];
     let mut surface_of: Vec<(u32, usize, SurfaceId)> = Vec::new();
@@ -137,8 +142,10 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
                 loops.push(Loop { uses });
             }
         }
-        let whole_sphere = loops_of[p].is_empty();
-        if loops.is_empty() && !whole_sphere {
+        // Only a sphere or torus encloses anything without a border.
+        let whole =
+            loops_of[p].is_empty() && matches!(patch.surface, Some(Surface::Sphere(_) | Surface::Torus(_)));
+        if loops.is_empty() && !whole {
             continue;
         }
         let Some(geometry) = patch
@@ -171,6 +178,7 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
                 > patch.triangles.len(),
         };
         solid.faces.push(face);
+        made_from.push(p);
     }
     if solid.faces.is_empty() {
         return None;
@@ -179,7 +187,7 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
     let faces = (0..solid.faces.len() as u32).map(FaceId).collect();
     solid.shells.push(Shell { faces, closed: !open });
     order_loops(&mut solid);
-    Some(solid)
+    Some(Made { solid, patches: made_from })
 }
 
 fn add_edge(solid: &mut Solid, vertex_of: &mut [Option<VertexId>], parts: &Parts, chain: usize) -> EdgeId {

@@ -1,6 +1,7 @@
 //! From a labelled mesh to a closed solid.
 
 mod assemble;
+mod attempt;
 mod build;
 mod chains;
 pub mod check;
