@@ -171,7 +171,9 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
         let face = Face {
             surface,
             frame: placement(geometry, parts.mesh, patch),
-            same_sense: same_sense(geometry, parts.mesh, patch),
+            same_sense: parts.splines[p]
+                .as_ref()
+                .map_or_else(|| same_sense(geometry, parts.mesh, patch), |s| s.outward),
             loops,
             region: RegionId(patch.region),
             assumed: 2 * patch.triangles.iter().filter(|t| parts.assumed[**t as usize]).count()
@@ -225,7 +227,7 @@ fn outward_plane(geometry: Geometry, mesh: &Mesh, patch: &Patch) -> Geometry {
 }
 
 /// Whether the natural normal points along the mesh's normals.
-fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
+pub(super) fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
     match geometry {
         Geometry::Analytic(surface) => {
             let sum: f64 = patch
@@ -235,13 +237,13 @@ fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
                 .sum();
             sum > 0.0
         }
-        // Splines are fitted with their normal outward.
+        // Splines know.
         Geometry::Spline(_) => true,
     }
 }
 
 /// A frame whose seams and poles stay clear of the patch.
-fn placement(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> Frame {
+pub(super) fn placement(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> Frame {
     let area_sum = patch.triangles.iter().fold((Vec3::zeros(), 0.0), |(s, a), t| {
         let area = mesh.area(*t as usize);
         (s + mesh.triangle_center(*t as usize).coords * area, a + area)

@@ -85,7 +85,14 @@ impl<'a> Bench<'a> {
     }
 
     fn draft(&self, choice: &Choice) -> Draft {
-        Draft::new(self.closed, &self.half_edges, &choice.labels, &self.surfaces_of(choice), self.tolerances)
+        Draft::new(
+            self.closed,
+            &self.half_edges,
+            &choice.labels,
+            &self.surfaces,
+            &choice.demoted,
+            self.tolerances,
+        )
     }
 
     fn surfaces_of(&self, choice: &Choice) -> Vec<Option<Surface>> {
@@ -167,6 +174,11 @@ impl Made {
             Problem::CurveOffSurface { edge, .. }
             | Problem::VertexOffCurve { edge, .. }
             | Problem::EdgeUse { edge, .. } => at_edge(*edge),
+            Problem::LoopsCross { face, edges, .. } => {
+                let mut patches = vec![self.patches[face.0 as usize]];
+                patches.extend(edges.iter().flat_map(|e| at_edge(*e)));
+                patches
+            }
             _ => problem.face().map(|f| self.patches[f.0 as usize]).into_iter().collect(),
         }
     }

@@ -30,10 +30,14 @@ impl Draft {
         half_edges: &HalfEdges,
         labels: &[u32],
         surfaces: &[Option<Surface>],
+        demoted: &[bool],
         tolerances: &Tolerances,
     ) -> Self {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
-        let (patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        let (mut patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        for patch in patches.iter_mut().filter(|p| demoted[p.region as usize]) {
+            patch.surface = None;
+        }
         let topology = trace(mesh, half_edges, &patch_of);
         let mut draft = Self {
             patches,

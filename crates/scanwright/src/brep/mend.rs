@@ -24,6 +24,8 @@ pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
     const MAX_TRIALS: usize = 48;
     /// Mends that take less than this from the severity are not worth a change.
     const WORTH: f64 = 1e-3;
+    /// Share of the flaws beside a face that a B-spline in its place has to cure.
+    const CURED: f64 = 0.5;
     let mut best = start;
     let mut tried: Vec<Mend> = Vec::new();
     for _ in 0..MAX_TRIALS {
@@ -32,12 +34,19 @@ pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
         }
         let Some(mend) = candidates(bench, &best).into_iter().find(|m| !tried.contains(m)) else { break };
         let trial = bench.attempt(applied(&best.choice, &mend));
+        let worth = if let Mend::Demote { region } = mend { CURED * blame(&best, region) } else { 0.0 };
         tried.push(mend);
-        if trial.severity() < best.severity() - WORTH {
+        if trial.severity() < best.severity() - worth.max(WORTH) {
             best = trial;
         }
     }
     best
+}
+
+/// What is wrong beside a region.
+fn blame(attempt: &Attempt, region: u32) -> f64 {
+    let beside = |p: &usize| attempt.draft.patches[*p].region == region;
+    attempt.flaws.iter().filter(|f| f.patches.iter().any(beside)).map(|f| f.weight).sum()
 }
 
 fn applied(choice: &Choice, mend: &Mend) -> Choice {

@@ -30,6 +30,8 @@ pub(super) struct Patch {
     pub region: u32,
     /// Its surface; `None` when freeform.
     pub surface: Option<Surface>,
+    /// The surface that it was cut for, also when a B-spline takes its place.
+    pub chart: Option<Surface>,
     /// The cuts that made it.
     pub cuts: Vec<Cut>,
     /// Its triangles.
@@ -344,7 +346,7 @@ fn collect(
             let cuts = work.planes[c].iter().enumerate();
             let cuts = cuts.map(|(i, plane)| Cut { plane: *plane, above: side[t] >> i & 1 == 1 }).collect();
             let surface = surfaces[labels[t] as usize];
-            patches.push(Patch { region: labels[t], surface, cuts, triangles: Vec::new() });
+            patches.push(Patch { region: labels[t], surface, chart: surface, cuts, triangles: Vec::new() });
         }
         patches[id].triangles.push(t as u32);
     }
