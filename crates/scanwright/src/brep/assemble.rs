@@ -1,7 +1,9 @@
 //! From chains, corners and curves to flat solids.
 
 use super::chains::Topology;
+use super::check::curve_on_surface;
 use super::curve::Curve;
+use super::domain::Domain;
 use super::freeform::Fitted;
 use super::geometry::{Corners, Course, edge_samples};
 use super::meet::Field;
@@ -155,9 +157,6 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
         else {
             continue;
         };
-        if let (None, Some(spline)) = (patch.surface, &parts.splines[p]) {
-            solid.gap = solid.gap.max(spline.border_gap);
-        }
         let key = if patch.surface.is_some() { (patch.region, 0) } else { (patch.region, p) };
         let known = surface_of.iter().find(|s| (s.0, s.1) == key).map(|s| s.2);
         let surface = known.unwrap_or_else(|| {
@@ -189,7 +188,21 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
     let faces = (0..solid.faces.len() as u32).map(FaceId).collect();
     solid.shells.push(Shell { faces, closed: !open });
     order_loops(&mut solid);
+    solid.gap = solid.gap.max(spline_gap(&solid));
     Some(Made { solid, patches: made_from })
+}
+
+/// Largest distance of the edges of spline faces from these; those of analytic ones are known.
+fn spline_gap(solid: &Solid) -> f64 {
+    let gaps = crate::par::map(&solid.faces, |face| {
+        if solid.geometry(face).kind().is_some() {
+            return 0.0;
+        }
+        let domain = Domain::new(solid, face);
+        let uses = face.loops.iter().flat_map(|l| &l.uses);
+        uses.map(|u| curve_on_surface::distance(solid, &domain, *u)).fold(0.0, f64::max)
+    });
+    gaps.into_iter().fold(0.0, f64::max)
 }
 
 fn add_edge(solid: &mut Solid, vertex_of: &mut [Option<VertexId>], parts: &Parts, chain: usize) -> EdgeId {

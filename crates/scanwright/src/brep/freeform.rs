@@ -19,11 +19,11 @@ use crate::surface::bspline::{DEGREE, SplineSurface, basis, find_span, uniform_k
 use crate::surface::{Plane, Surface};
 
 /// Fewest and most poles along one side.
-const POLES: (usize, usize) = (6, 26);
+const POLES: (usize, usize) = (6, 32);
 /// Spacings per knot span at the start.
 const SPAN: f64 = 5.0;
 /// Weight of a border sample against a mesh vertex: the border has to close, the inside only to be near.
-const BORDER_WEIGHT: f64 = 50.0;
+const BORDER_WEIGHT: f64 = 500.0;
 /// Penalty on second differences of poles against one mesh vertex: only fills where no data is.
 const SMOOTHING: f64 = 1e-3;
 /// Share of the side left free around the patch, so that its border is inside the surface.

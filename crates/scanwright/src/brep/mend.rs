@@ -20,27 +20,79 @@ enum Mend {
 
 /// The soundest attempt that small changes lead to from `start`.
 pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
+    demoted(bench, relabelled(bench, start))
+}
+
+/// Mends that take less than this from the severity are not worth a change.
+const WORTH: f64 = 1e-3;
+
+/// Changes labels as long as that helps.
+fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
     /// Builds per scan: a flaw takes about three, and a scan with more than a dozen has other troubles.
-    const MAX_TRIALS: usize = 48;
-    /// Mends that take less than this from the severity are not worth a change.
-    const WORTH: f64 = 1e-3;
-    /// Share of the flaws beside a face that a B-spline in its place has to cure.
-    const CURED: f64 = 0.5;
+    const MAX_TRIALS: usize = 40;
     let mut best = start;
     let mut tried: Vec<Mend> = Vec::new();
     for _ in 0..MAX_TRIALS {
         if best.severity() <= 0.0 {
             break;
         }
-        let Some(mend) = candidates(bench, &best).into_iter().find(|m| !tried.contains(m)) else { break };
+        let Some(mend) = relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)) else { break };
         let trial = bench.attempt(applied(&best.choice, &mend));
-        let worth = if let Mend::Demote { region } = mend { CURED * blame(&best, region) } else { 0.0 };
         tried.push(mend);
-        if trial.severity() < best.severity() - worth.max(WORTH) {
+        if trial.severity() < best.severity() - WORTH {
             best = trial;
         }
     }
     best
+}
+
+/// Puts B-splines in place of surfaces as long as that helps: of those beside flaws each time the one that cures most.
+fn demoted(bench: &Bench, start: Attempt) -> Attempt {
+    /// Faces that may be demoted.
+    const MAX_ROUNDS: usize = 8;
+    /// Regions that are tried in each round.
+    const MAX_TRIALS: usize = 6;
+    /// Share of the flaws beside a face that a B-spline in its place has to cure.
+    const CURED: f64 = 0.2;
+    let mut best = start;
+    for _ in 0..MAX_ROUNDS {
+        if best.severity() <= 0.0 {
+            break;
+        }
+        let mut next: Option<Attempt> = None;
+        for (region, blame) in blamed(bench, &best).into_iter().take(MAX_TRIALS) {
+            let mend = Mend::Demote { region };
+            let trial = bench.attempt(applied(&best.choice, &mend));
+            let limit = next.as_ref().map_or(best.severity() - (CURED * blame).max(WORTH), Attempt::severity);
+            if trial.severity() < limit {
+                let done = trial.severity() <= 0.0;
+                next = Some(trial);
+                if done {
+                    break;
+                }
+            }
+        }
+        let Some(next) = next else { break };
+        best = next;
+    }
+    best
+}
+
+/// The regions beside flaws that still have surfaces, and what is wrong beside each, per size of the region.
+fn blamed(bench: &Bench, attempt: &Attempt) -> Vec<(u32, f64)> {
+    let mut regions: Vec<u32> =
+        attempt.flaws.iter().flat_map(|f| &f.patches).map(|p| attempt.draft.patches[*p].region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let free = |r: &u32| !attempt.choice.demoted[*r as usize] && bench.surfaces[*r as usize].is_some();
+    let size = |r: u32| attempt.choice.labels.iter().filter(|l| **l == r).count() as f64;
+    let mut blamed: Vec<(u32, f64, f64)> = regions
+        .into_iter()
+        .filter(free)
+        .map(|r| (r, blame(attempt, r), blame(attempt, r) / size(r).max(1.0).sqrt().sqrt()))
+        .collect();
+    blamed.sort_by(|a, b| b.2.total_cmp(&a.2).then(a.0.cmp(&b.0)));
+    blamed.into_iter().map(|(r, blame, _)| (r, blame)).collect()
 }
 
 /// What is wrong beside a region.
@@ -62,9 +114,9 @@ fn applied(choice: &Choice, mend: &Mend) -> Choice {
     choice
 }
 
-/// Changes that may mend the flaws of an attempt, the least first.
-fn candidates(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
-    let mut mends = false_edges(bench, attempt);
+/// Changes of labels that may mend the flaws of an attempt, the surest first, then the least.
+fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    let (sure, mut mends) = false_edges(bench, attempt);
     let mut patches: Vec<usize> = attempt.flaws.iter().flat_map(|f| f.patches.iter().copied()).collect();
     patches.sort_unstable();
     patches.dedup();
@@ -78,8 +130,7 @@ fn candidates(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         mends.extend(giving_away(bench, attempt, &group));
     }
     mends.sort_by_key(|m| if let Mend::Relabel { triangles, .. } = m { triangles.len() } else { 0 });
-    mends.extend(demotions(bench, attempt));
-    mends
+    sure.into_iter().chain(mends).collect()
 }
 
 /// Ways to do without the patches of one face: every triangle to the nearest of the neighbours, or all to one.
@@ -139,7 +190,8 @@ fn harmless(bench: &Bench, mut distances: Vec<f64>) -> bool {
 }
 
 /// Edges of A|B that may not exist, because one face C passes between two wrong corners: a band round each goes to C.
-fn false_edges(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+/// First those whose surfaces do not meet, all at once and each, then those whose corners are wrong.
+fn false_edges(bench: &Bench, attempt: &Attempt) -> (Vec<Mend>, Vec<Mend>) {
     /// Longest chain, in mesh edges, that may be turned between two faces that do not both touch its ends.
     const MAX_FLIP: usize = 10;
     /// Rings of triangles on each side of the edge that are given away.
@@ -147,14 +199,15 @@ fn false_edges(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let draft = &attempt.draft;
     let region = |p: u32| draft.patches[p as usize].region;
     let at = |c: u32| -> Vec<u32> { draft.patches_at(c).into_iter().map(|p| region(p as u32)).collect() };
-    let mut mends = Vec::new();
-    for chain in &draft.topology.chains {
+    let (mut sure, mut doubtful) = (Vec::new(), Vec::new());
+    for (chain, course) in draft.topology.chains.iter().zip(&draft.courses) {
         let Some(right) = chain.right else { continue };
         let (a, b) = (region(chain.left), region(right));
         let ends = [chain.start(), chain.end()].map(|v| draft.corners.corner_of[v as usize]);
         let [Some(start), Some(end)] = ends else { continue };
         let residual = |c: u32| draft.corners.corners[c as usize].residual;
-        if residual(start).max(residual(end)) <= bench.limit {
+        let apart = a != b && course.apart(bench.tolerances.spacing()) > bench.limit;
+        if !apart && residual(start).max(residual(end)) <= bench.limit {
             continue;
         }
         let (first, last) = (at(start), at(end));
@@ -168,9 +221,19 @@ fn false_edges(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         let Some(taker) = taker else { continue };
         let triangles = band(bench, &attempt.choice.labels, &chain.vertices, [a, b], RINGS);
         let labels = vec![taker; triangles.len()];
-        mends.push(Mend::Relabel { triangles, labels });
+        if apart { &mut sure } else { &mut doubtful }.push(Mend::Relabel { triangles, labels });
     }
-    mends
+    if sure.len() > 1 {
+        let mut all = (Vec::new(), Vec::new());
+        for mend in &sure {
+            if let Mend::Relabel { triangles, labels } = mend {
+                all.0.extend(triangles);
+                all.1.extend(labels);
+            }
+        }
+        sure.insert(0, Mend::Relabel { triangles: all.0, labels: all.1 });
+    }
+    (sure, doubtful)
 }
 
 /// Triangles of two regions within some rings of a run of vertices.
@@ -187,20 +250,4 @@ fn band(bench: &Bench, labels: &[u32], vertices: &[u32], regions: [u32; 2], ring
         front.dedup();
     }
     triangles
-}
-
-/// The regions beside flaws as B-splines, the smallest first.
-fn demotions(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
-    let draft = &attempt.draft;
-    let mut regions: Vec<(usize, u32)> = Vec::new();
-    for p in attempt.flaws.iter().flat_map(|f| &f.patches) {
-        let region = draft.patches[*p].region;
-        let known = regions.iter().any(|r| r.1 == region);
-        if !known && !attempt.choice.demoted[region as usize] && bench.surfaces[region as usize].is_some() {
-            let of_region = draft.patches.iter().filter(|p| p.region == region);
-            regions.push((of_region.map(|p| p.triangles.len()).sum(), region));
-        }
-    }
-    regions.sort_unstable();
-    regions.into_iter().map(|(_, region)| Mend::Demote { region }).collect()
 }

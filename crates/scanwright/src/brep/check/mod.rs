@@ -2,7 +2,7 @@
 //!
 //! Kernels heal what they read (flipped faces, small gaps), so their verdict is no proof; these checks heal nothing.
 
-mod curve_on_surface;
+pub(super) mod curve_on_surface;
 mod edge_use;
 mod euler;
 mod loop_closed;
