@@ -80,7 +80,7 @@ impl<'a> Bench<'a> {
         draft.settle(mesh, &self.surfaces_of(&choice), self.tolerances);
         let splines = draft.splines(mesh, self.tolerances);
         let solids = self.solids(&draft, &splines);
-        let flaws = self.flaws(&draft, &solids);
+        let flaws = self.flaws(&draft, &splines, &solids);
         Attempt { choice, draft, splines, solids, flaws }
     }
 
@@ -112,7 +112,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    fn flaws(&self, draft: &Draft, solids: &[Made]) -> Vec<Flaw> {
+    fn flaws(&self, draft: &Draft, splines: &[Option<Fitted>], solids: &[Made]) -> Vec<Flaw> {
         let mut flaws = Vec::new();
         for made in solids {
             flaws.extend(
@@ -122,6 +122,12 @@ impl<'a> Bench<'a> {
             );
         }
         let spacing = self.tolerances.spacing();
+        for (p, spline) in splines.iter().enumerate() {
+            // Near the border but not at the same parameters: readers that compare by parameter see the larger gap.
+            if let Some(off) = spline.as_ref().map(|s| s.border_gap - self.limit).filter(|off| *off > 0.0) {
+                flaws.push(Flaw { patches: vec![p], weight: off / spacing });
+            }
+        }
         for (c, corner) in draft.corners.corners.iter().enumerate() {
             if corner.residual > self.limit {
                 flaws.push(Flaw {

@@ -4,12 +4,11 @@
 //! normal. A spline is fitted to the chart, then moved to the patch's mesh vertices and, with a larger weight, to its
 //! border curves, by least squares with a small penalty on second differences of the poles' moves.
 //! P. Dierckx, "Curve and Surface Fitting with Splines", Oxford University Press 1993, chapter 5; here with uniform
-//! knots, half as many again while the border is not met. Cost O(poles^3) per patch. Fails where the patch folds over
+//! knots, half as many again while the border is not met. Cost O(poles^2) per patch. Fails where the patch folds over
 //! a plane; patches are cut before that (`split`).
 
-use nalgebra::DMatrix;
-
 use super::assemble::{placement, same_sense};
+use super::banded::Banded;
 use super::domain::{Domain, Uv};
 use super::solid::Geometry;
 use super::split::Patch;
@@ -19,15 +18,18 @@ use crate::surface::bspline::{DEGREE, SplineSurface, basis, find_span, uniform_k
 use crate::surface::{Plane, Surface};
 
 /// Fewest and most poles along one side.
-const POLES: (usize, usize) = (6, 32);
+const POLES: (usize, usize) = (6, 48);
 /// Spacings per knot span at the start.
 const SPAN: f64 = 5.0;
 /// Weight of a border sample against a mesh vertex: the border has to close, the inside only to be near.
-const BORDER_WEIGHT: f64 = 500.0;
+const BORDER_WEIGHT: f64 = 2000.0;
 /// Penalty on second differences of poles against one mesh vertex: only fills where no data is.
 const SMOOTHING: f64 = 1e-3;
 /// Share of the side left free around the patch, so that its border is inside the surface.
 const MARGIN: f64 = 0.05;
+
+/// Share of the area that may be steeper than a height over a plane.
+pub(super) const MAX_FOLDED: f64 = 0.02;
 
 /// A spline and how far the border samples lie off it.
 #[derive(Debug, Clone)]
@@ -114,14 +116,17 @@ pub(super) fn fit(
     }
 }
 
-/// The surface whose parameters the spline takes over, and its placement.
+/// The surface whose parameters the spline takes over, and its placement: a plane where that will do, for it has no
+/// poles and no seams.
 fn chart(mesh: &Mesh, patch: &Patch) -> (Geometry, Frame) {
-    if let Some(surface) = patch.chart.filter(|s| !matches!(s, Surface::Plane(_))) {
+    let plane = base_frame(mesh, &patch.triangles);
+    let folds = folded_share(mesh, &patch.triangles, &plane) > MAX_FOLDED;
+    if let Some(surface) = patch.chart.filter(|s| folds && !matches!(s, Surface::Plane(_))) {
         let geometry = Geometry::Analytic(surface);
         let frame = placement(&geometry, mesh, patch);
         return (geometry, frame);
     }
-    let frame = turned(&base_frame(mesh, &patch.triangles), mesh, &patch.triangles);
+    let frame = turned(&plane, mesh, &patch.triangles);
     (Geometry::Analytic(Surface::Plane(Plane { point: frame.origin, normal: frame.z })), frame)
 }
 
@@ -210,21 +215,22 @@ impl Grid {
     /// Poles by least squares with a penalty on their second differences.
     fn solve(&self, rows: &[(Row, Vec3, f64)], penalty: f64) -> Option<Vec<Vec3>> {
         let n = self.counts[0] * self.counts[1];
-        let (mut matrix, mut right) = (DMatrix::<f64>::zeros(n, n), DMatrix::<f64>::zeros(n, 3));
+        let mut matrix = Banded::zeros(n, DEGREE * self.counts[1] + DEGREE);
+        let mut right = vec![[0.0; 3]; n];
         for (row, value, weight) in rows {
             for (i, a) in row {
                 for k in 0..3 {
-                    right[(*i, k)] += weight * a * value[k];
+                    right[*i][k] += weight * a * value[k];
                 }
                 for (j, b) in row {
-                    matrix[(*i, *j)] += weight * a * b;
+                    matrix.add(*i, *j, weight * a * b);
                 }
             }
         }
         let mut straight = |poles: [usize; 3]| {
             for (i, a) in poles.iter().zip([1.0, -2.0, 1.0]) {
                 for (j, b) in poles.iter().zip([1.0, -2.0, 1.0]) {
-                    matrix[(*i, *j)] += penalty * a * b;
+                    matrix.add(*i, *j, penalty * a * b);
                 }
             }
         };
@@ -239,7 +245,6 @@ impl Grid {
                 }
             }
         }
-        let poles = matrix.cholesky()?.solve(&right);
-        Some((0..n).map(|k| Vec3::new(poles[(k, 0)], poles[(k, 1)], poles[(k, 2)])).collect())
+        Some(matrix.solve(right)?.into_iter().map(Vec3::from).collect())
     }
 }

@@ -29,7 +29,7 @@ const WORTH: f64 = 1e-3;
 /// Changes labels as long as that helps.
 fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
     /// Builds per scan: a flaw takes about three, and a scan with more than a dozen has other troubles.
-    const MAX_TRIALS: usize = 40;
+    const MAX_TRIALS: usize = 24;
     let mut best = start;
     let mut tried: Vec<Mend> = Vec::new();
     for _ in 0..MAX_TRIALS {
@@ -51,7 +51,7 @@ fn demoted(bench: &Bench, start: Attempt) -> Attempt {
     /// Faces that may be demoted.
     const MAX_ROUNDS: usize = 8;
     /// Regions that are tried in each round.
-    const MAX_TRIALS: usize = 6;
+    const MAX_TRIALS: usize = 4;
     /// Share of the flaws beside a face that a B-spline in its place has to cure.
     const CURED: f64 = 0.2;
     let mut best = start;

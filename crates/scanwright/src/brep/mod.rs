@@ -2,6 +2,7 @@
 
 mod assemble;
 mod attempt;
+mod banded;
 mod build;
 mod chains;
 pub mod check;
