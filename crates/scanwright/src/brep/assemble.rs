@@ -1,7 +1,9 @@
 //! From chains, corners and curves to flat solids.
 
 use super::chains::Topology;
+use super::check::curve_on_surface;
 use super::curve::Curve;
+use super::domain::Domain;
 use super::freeform::Fitted;
 use super::geometry::{Corners, Course, edge_samples};
 use super::meet::Field;
@@ -98,21 +100,26 @@ pub(super) struct Parts<'a> {
     pub components: (&'a [u32], usize),
 }
 
-/// One solid per connected component of the mesh that has a face.
-pub(super) fn solids(parts: &Parts) -> Vec<Solid> {
-    let (component, n) = parts.components;
-    (0..n)
-        .filter_map(|c| {
-            let inside = |p: &Patch| component[p.triangles[0] as usize] as usize == c;
-            let patches: Vec<usize> =
-                (0..parts.patches.len()).filter(|p| inside(&parts.patches[*p])).collect();
-            solid(parts, &patches)
-        })
-        .collect()
+/// A solid and the patch that each of its faces was made from.
+#[derive(Debug, Clone)]
+pub(super) struct Made {
+    pub solid: Solid,
+    pub patches: Vec<usize>,
 }
 
-fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
+/// One solid per connected component of the mesh that has a face.
+pub(super) fn solids(parts: &Parts) -> Vec<Made> {
+    let (component, n) = parts.components;
+    let mut patches: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for (p, patch) in parts.patches.iter().enumerate() {
+        patches[component[patch.triangles[0] as usize] as usize].push(p);
+    }
+    patches.iter().filter_map(|patches| solid(parts, patches)).collect()
+}
+
+fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
     let mut solid = Solid::default();
+    let mut made_from = Vec::new();
     let mut vertex_of = vec![None; parts.corners.corners.len()];
     let mut edge_of = vec![None; parts.topology.chains.len()];
     let mut surface_of: Vec<(u32, usize, SurfaceId)> = Vec::new();
@@ -137,8 +144,10 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
                 loops.push(Loop { uses });
             }
         }
-        let whole_sphere = loops_of[p].is_empty();
-        if loops.is_empty() && !whole_sphere {
+        // Only a sphere or torus encloses anything without a border.
+        let whole =
+            loops_of[p].is_empty() && matches!(patch.surface, Some(Surface::Sphere(_) | Surface::Torus(_)));
+        if loops.is_empty() && !whole {
             continue;
         }
         let Some(geometry) = patch
@@ -148,9 +157,6 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
         else {
             continue;
         };
-        if let (None, Some(spline)) = (patch.surface, &parts.splines[p]) {
-            solid.gap = solid.gap.max(spline.border_gap);
-        }
         let key = if patch.surface.is_some() { (patch.region, 0) } else { (patch.region, p) };
         let known = surface_of.iter().find(|s| (s.0, s.1) == key).map(|s| s.2);
         let surface = known.unwrap_or_else(|| {
@@ -164,13 +170,16 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
         let face = Face {
             surface,
             frame: placement(geometry, parts.mesh, patch),
-            same_sense: same_sense(geometry, parts.mesh, patch),
+            same_sense: parts.splines[p]
+                .as_ref()
+                .map_or_else(|| same_sense(geometry, parts.mesh, patch), |s| s.outward),
             loops,
             region: RegionId(patch.region),
             assumed: 2 * patch.triangles.iter().filter(|t| parts.assumed[**t as usize]).count()
                 > patch.triangles.len(),
         };
         solid.faces.push(face);
+        made_from.push(p);
     }
     if solid.faces.is_empty() {
         return None;
@@ -179,7 +188,21 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Solid> {
     let faces = (0..solid.faces.len() as u32).map(FaceId).collect();
     solid.shells.push(Shell { faces, closed: !open });
     order_loops(&mut solid);
-    Some(solid)
+    solid.gap = solid.gap.max(spline_gap(&solid));
+    Some(Made { solid, patches: made_from })
+}
+
+/// Largest distance of the edges of spline faces from these; those of analytic ones are known.
+fn spline_gap(solid: &Solid) -> f64 {
+    let gaps = crate::par::map(&solid.faces, |face| {
+        if solid.geometry(face).kind().is_some() {
+            return 0.0;
+        }
+        let domain = Domain::new(solid, face);
+        let uses = face.loops.iter().flat_map(|l| &l.uses);
+        uses.map(|u| curve_on_surface::distance(solid, &domain, *u)).fold(0.0, f64::max)
+    });
+    gaps.into_iter().fold(0.0, f64::max)
 }
 
 fn add_edge(solid: &mut Solid, vertex_of: &mut [Option<VertexId>], parts: &Parts, chain: usize) -> EdgeId {
@@ -217,7 +240,7 @@ fn outward_plane(geometry: Geometry, mesh: &Mesh, patch: &Patch) -> Geometry {
 }
 
 /// Whether the natural normal points along the mesh's normals.
-fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
+pub(super) fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
     match geometry {
         Geometry::Analytic(surface) => {
             let sum: f64 = patch
@@ -227,13 +250,13 @@ fn same_sense(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> bool {
                 .sum();
             sum > 0.0
         }
-        // Splines are fitted with their normal outward.
+        // Splines know.
         Geometry::Spline(_) => true,
     }
 }
 
 /// A frame whose seams and poles stay clear of the patch.
-fn placement(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> Frame {
+pub(super) fn placement(geometry: &Geometry, mesh: &Mesh, patch: &Patch) -> Frame {
     let area_sum = patch.triangles.iter().fold((Vec3::zeros(), 0.0), |(s, a), t| {
         let area = mesh.area(*t as usize);
         (s + mesh.triangle_center(*t as usize).coords * area, a + area)

@@ -5,7 +5,7 @@
 
 use super::assemble::use_points;
 use super::curve::Curve;
-use super::solid::{Face, Geometry, Loop, Solid};
+use super::solid::{EdgeId, Face, Geometry, Loop, Solid};
 use crate::math::{Frame, Point3};
 use crate::surface::Surface;
 use crate::surface::bspline::SplineSurface;
@@ -24,16 +24,20 @@ pub(super) struct Domain<'a> {
 
 impl<'a> Domain<'a> {
     pub(super) fn new(solid: &'a Solid, face: &Face) -> Self {
-        let geometry = solid.geometry(face);
-        let mut domain = Self { geometry, frame: face.frame, tube_zero: 0.0 };
+        let uses = face.loops.iter().flat_map(|l| &l.uses);
+        Self::around(solid.geometry(face), face.frame, || {
+            uses.flat_map(|u| use_points(solid, *u, 8)).collect::<Vec<_>>()
+        })
+    }
+
+    /// The plane of `geometry` placed by `frame`; `points` tell which side of a tube is meant.
+    pub(super) fn around(geometry: &'a Geometry, frame: Frame, points: impl FnOnce() -> Vec<Point3>) -> Self {
+        let mut domain = Self { geometry, frame, tube_zero: 0.0 };
         if let Geometry::Analytic(Surface::Torus(_)) = geometry {
             let (mut sin, mut cos) = (0.0, 0.0);
-            for edge_use in face.loops.iter().flat_map(|l| &l.uses) {
-                for point in use_points(solid, *edge_use, 8) {
-                    let angle = domain.tube_angle(&point);
-                    sin += angle.sin();
-                    cos += angle.cos();
-                }
+            for angle in points().iter().map(|p| domain.tube_angle(p)) {
+                sin += angle.sin();
+                cos += angle.cos();
             }
             domain.tube_zero = sin.atan2(cos);
         }
@@ -136,14 +140,20 @@ impl<'a> Domain<'a> {
 
     /// A loop as a polygon, its curves sampled.
     pub(super) fn polygon(&self, solid: &Solid, run: &Loop) -> Vec<Uv> {
-        let mut polygon = Vec::new();
+        self.polygon_with_edges(solid, run).0
+    }
+
+    /// A loop as a polygon, and the edge that each of its sides is from.
+    pub(super) fn polygon_with_edges(&self, solid: &Solid, run: &Loop) -> (Vec<Uv>, Vec<EdgeId>) {
+        let (mut polygon, mut edges) = (Vec::new(), Vec::new());
         for edge_use in &run.uses {
             let edge = solid.edge(edge_use.edge);
             let n = n_samples(&edge.curve, &solid.point(edge.start), &solid.point(edge.end));
             let points = use_points(solid, *edge_use, n);
             polygon.extend(points[..n].iter().map(|p| self.uv(p)));
+            edges.resize(polygon.len(), edge_use.edge);
         }
-        polygon
+        (polygon, edges)
     }
 }
 
@@ -166,14 +176,16 @@ pub(super) const ANGLE_STEP: f64 = std::f64::consts::PI / 18.0;
 
 fn project_on_spline(spline: &SplineSurface, point: &Point3) -> (f64, f64) {
     /// Starts tried along each side.
-    const GRID: usize = 8;
+    const GRID: usize = 12;
+    /// The nearest starts that are followed: beside a bend the nearest one may lead astray.
+    const FOLLOWED: usize = 3;
     let at = |i: usize| (i as f64 + 0.5) / GRID as f64;
-    let starts = (0..GRID).flat_map(|i| (0..GRID).map(move |j| (at(i), at(j))));
-    let best = starts.min_by(|a, b| {
-        let off = |s: &(f64, f64)| (spline.point(s.0, s.1) - point).norm_squared();
-        off(a).total_cmp(&off(b))
-    });
-    spline.project(point, best.unwrap_or((0.5, 0.5)))
+    let off = |s: &(f64, f64)| (spline.point(s.0, s.1) - point).norm_squared();
+    let mut starts: Vec<(f64, (f64, f64))> =
+        (0..GRID).flat_map(|i| (0..GRID).map(move |j| (at(i), at(j)))).map(|s| (off(&s), s)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = starts[..FOLLOWED].iter().map(|s| spline.project(point, s.1));
+    ends.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or((0.5, 0.5))
 }
 
 /// Signed area of a polygon, positive when counter-clockwise.

@@ -30,10 +30,14 @@ impl Draft {
         half_edges: &HalfEdges,
         labels: &[u32],
         surfaces: &[Option<Surface>],
+        demoted: &[bool],
         tolerances: &Tolerances,
     ) -> Self {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
-        let (patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        let (mut patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        for patch in patches.iter_mut().filter(|p| demoted[p.region as usize]) {
+            patch.surface = None;
+        }
         let topology = trace(mesh, half_edges, &patch_of);
         let mut draft = Self {
             patches,
@@ -121,6 +125,41 @@ impl Draft {
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// The patches with a chain that ends in a corner.
+    pub(super) fn patches_at(&self, corner: u32) -> Vec<usize> {
+        let at = |v: u32| self.corners.corner_of[v as usize] == Some(corner);
+        let touching = self.topology.chains.iter().filter(|chain| at(chain.start()) || at(chain.end()));
+        let mut patches: Vec<usize> =
+            touching.flat_map(|c| [Some(c.left), c.right]).flatten().map(|p| p as usize).collect();
+        patches.sort_unstable();
+        patches.dedup();
+        patches
+    }
+
+    /// A patch and all that are joined to it through patches of its own region, ascending.
+    pub(super) fn group_of(&self, patch: usize) -> Vec<usize> {
+        let region = self.patches[patch].region;
+        let mut group = vec![patch];
+        let mut at = 0;
+        while at < group.len() {
+            for chain in &self.topology.chains {
+                let Some(right) = chain.right else { continue };
+                let pair = [chain.left as usize, right as usize];
+                if !pair.contains(&group[at]) || pair.iter().any(|p| self.patches[*p].region != region) {
+                    continue;
+                }
+                for p in pair {
+                    if !group.contains(&p) {
+                        group.push(p);
+                    }
+                }
+            }
+            at += 1;
+        }
+        group.sort_unstable();
+        group
     }
 
     /// Gives a patch's triangles to the region with the longest common border; whether there was one.

@@ -1,35 +1,43 @@
 //! Bicubic B-spline surfaces for patches that no analytic surface describes.
 //!
-//! A patch is seen as a height over the plane across its mean normal; heights of its mesh vertices and, with a larger
-//! weight, of its border curves are fitted by least squares with a small penalty on second differences of the poles.
+//! A patch is seen in the parameter plane of a chart: the surface that was found for it, or the plane across its mean
+//! normal. A spline is fitted to the chart, then moved to the patch's mesh vertices and, with a larger weight, to its
+//! border curves, by least squares with a small penalty on second differences of the poles' moves.
 //! P. Dierckx, "Curve and Surface Fitting with Splines", Oxford University Press 1993, chapter 5; here with uniform
-//! knots that are doubled while the border is not met. Poles lie on the grid of knot averages, so the two in-plane
-//! coordinates are reproduced exactly. Cost O(poles^3) per patch. Fails where the patch folds over its plane; patches
-//! are cut before that (`split`).
+//! knots, half as many again while the border is not met. Cost O(poles^2) per patch. Fails where the patch folds over
+//! a plane; patches are cut before that (`split`).
 
-use nalgebra::{DMatrix, DVector};
-
+use super::assemble::{placement, same_sense};
+use super::banded::Banded;
+use super::domain::{Domain, Uv};
+use super::solid::Geometry;
 use super::split::Patch;
 use crate::math::{Frame, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 use crate::mesh::Mesh;
 use crate::surface::bspline::{DEGREE, SplineSurface, basis, find_span, uniform_knots};
+use crate::surface::{Plane, Surface};
 
 /// Fewest and most poles along one side.
-const POLES: (usize, usize) = (6, 26);
+const POLES: (usize, usize) = (6, 48);
 /// Spacings per knot span at the start.
 const SPAN: f64 = 5.0;
 /// Weight of a border sample against a mesh vertex: the border has to close, the inside only to be near.
-const BORDER_WEIGHT: f64 = 50.0;
+const BORDER_WEIGHT: f64 = 2000.0;
 /// Penalty on second differences of poles against one mesh vertex: only fills where no data is.
 const SMOOTHING: f64 = 1e-3;
 /// Share of the side left free around the patch, so that its border is inside the surface.
 const MARGIN: f64 = 0.05;
+
+/// Share of the area that may be steeper than a height over a plane.
+pub(super) const MAX_FOLDED: f64 = 0.02;
 
 /// A spline and how far the border samples lie off it.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted {
     pub surface: SplineSurface,
     pub border_gap: f64,
+    /// Whether its natural normal points out of the material.
+    pub outward: bool,
 }
 
 /// Frame over which a patch is a height: its third direction is the mean outward normal.
@@ -69,21 +77,34 @@ pub(super) fn fit(
     spacing: f64,
     tolerance: f64,
 ) -> Option<Fitted> {
-    let frame = turned(&base_frame(mesh, &patch.triangles), mesh, &patch.triangles);
+    let (geometry, frame) = chart(mesh, patch);
     let mut vertices: Vec<u32> = patch.triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).collect();
     vertices.sort_unstable();
     vertices.dedup();
-    let inner: Vec<Vec3> = vertices.iter().map(|v| frame.local(&mesh.vertices[*v as usize])).collect();
-    let outer: Vec<Vec3> = border.iter().map(|p| frame.local(p)).collect();
-    let first = *inner.first()?;
-    let (low, high) = inner.iter().chain(&outer).fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
-    let margin = (high - low) * MARGIN + Vec3::repeat(spacing);
-    let (low, high) = (low - margin, high + margin);
+    let inner: Vec<Point3> = vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
+    let domain = Domain::around(&geometry, frame, || inner.clone());
+    let placed = |points: &[Point3]| points.iter().map(|p| (domain.uv(p), *p)).collect::<Vec<_>>();
+    let (inner, outer) = (placed(&inner), placed(border));
+    let first = inner.first()?.0;
+    let (mut low, mut high) = (first, first);
+    for (uv, _) in inner.iter().chain(&outer) {
+        for i in 0..2 {
+            low[i] = low[i].min(uv[i]);
+            high[i] = high[i].max(uv[i]);
+        }
+    }
+    for i in 0..2 {
+        let margin = (high[i] - low[i]) * MARGIN + spacing;
+        (low[i], high[i]) = (low[i] - margin, high[i] + margin);
+    }
+    let outward = same_sense(&geometry, mesh, patch);
     let mut counts = [0, 1].map(|i| ((high[i] - low[i]) / (SPAN * spacing)) as usize + POLES.0);
     let mut best: Option<Fitted> = None;
     loop {
         counts = counts.map(|n| n.clamp(POLES.0, POLES.1));
-        let fitted = fit_grid(&frame, [low.x, low.y], [high.x, high.y], counts, &inner, &outer)?;
+        let grid = Grid { low, high, counts, knots: counts.map(uniform_knots) };
+        let (surface, border_gap) = grid.fit(&domain, &inner, &outer)?;
+        let fitted = Fitted { surface, border_gap, outward };
         let done = fitted.border_gap <= tolerance || counts == [POLES.1; 2];
         if best.as_ref().is_none_or(|b| fitted.border_gap < b.border_gap) {
             best = Some(fitted);
@@ -93,6 +114,20 @@ pub(super) fn fit(
         }
         counts = counts.map(|n| n * 3 / 2);
     }
+}
+
+/// The surface whose parameters the spline takes over, and its placement: a plane where that will do, for it has no
+/// poles and no seams.
+fn chart(mesh: &Mesh, patch: &Patch) -> (Geometry, Frame) {
+    let plane = base_frame(mesh, &patch.triangles);
+    let folds = folded_share(mesh, &patch.triangles, &plane) > MAX_FOLDED;
+    if let Some(surface) = patch.chart.filter(|s| folds && !matches!(s, Surface::Plane(_))) {
+        let geometry = Geometry::Analytic(surface);
+        let frame = placement(&geometry, mesh, patch);
+        return (geometry, frame);
+    }
+    let frame = turned(&plane, mesh, &patch.triangles);
+    (Geometry::Analytic(Surface::Plane(Plane { point: frame.origin, normal: frame.z })), frame)
 }
 
 /// Turns a frame about its third direction so that its first follows the longest extent.
@@ -110,72 +145,106 @@ fn turned(frame: &Frame, mesh: &Mesh, triangles: &[u32]) -> Frame {
     Frame { origin: frame.origin, x, y: UnitVec3::new_normalize(frame.z.cross(&x)), z: frame.z }
 }
 
-fn fit_grid(
-    frame: &Frame,
-    low: [f64; 2],
-    high: [f64; 2],
+/// A rectangle of a parameter plane with the knots of a spline over it.
+struct Grid {
+    low: Uv,
+    high: Uv,
     counts: [usize; 2],
-    inner: &[Vec3],
-    outer: &[Vec3],
-) -> Option<Fitted> {
-    let knots = counts.map(uniform_knots);
-    let n = counts[0] * counts[1];
-    let (mut matrix, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-    let place = |p: &Vec3| [0, 1].map(|i| ((p[i] - low[i]) / (high[i] - low[i])).clamp(0.0, 1.0));
-    let row = |p: &Vec3| {
-        let at = place(p);
-        let spans = [0, 1].map(|i| find_span(&knots[i], at[i]));
-        let values = [0, 1].map(|i| basis(&knots[i], spans[i], at[i]));
+    knots: [Vec<f64>; 2],
+}
+
+/// The poles that share in a point, and their shares.
+type Row = [(usize, f64); (DEGREE + 1) * (DEGREE + 1)];
+
+impl Grid {
+    fn row(&self, uv: &Uv) -> Row {
+        let at = [0, 1].map(|i| ((uv[i] - self.low[i]) / (self.high[i] - self.low[i])).clamp(0.0, 1.0));
+        let spans = [0, 1].map(|i| find_span(&self.knots[i], at[i]));
+        let values = [0, 1].map(|i| basis(&self.knots[i], spans[i], at[i]));
         let mut row = [(0, 0.0); (DEGREE + 1) * (DEGREE + 1)];
         for i in 0..=DEGREE {
             for j in 0..=DEGREE {
-                let pole = (spans[0] - DEGREE + i) * counts[1] + spans[1] - DEGREE + j;
+                let pole = (spans[0] - DEGREE + i) * self.counts[1] + spans[1] - DEGREE + j;
                 row[i * (DEGREE + 1) + j] = (pole, values[0][i] * values[1][j]);
             }
         }
         row
-    };
-    let mut add = |row: &[(usize, f64)], value: f64, weight: f64| {
-        for (i, a) in row {
-            right[*i] += weight * a * value;
-            for (j, b) in row {
-                matrix[(*i, *j)] += weight * a * b;
+    }
+
+    fn point(poles: &[Vec3], row: &Row) -> Vec3 {
+        row.iter().fold(Vec3::zeros(), |sum, (k, b)| sum + poles[*k] * *b)
+    }
+
+    /// The spline nearest to the chart itself, then moved to the points.
+    fn fit(
+        &self,
+        domain: &Domain,
+        inner: &[(Uv, Point3)],
+        outer: &[(Uv, Point3)],
+    ) -> Option<(SplineSurface, f64)> {
+        /// Samples of the chart per knot span.
+        const DENSITY: usize = 2;
+        let n = self.counts[0] * self.counts[1];
+        let steps = self.counts.map(|c| DENSITY * (c - DEGREE) + 1);
+        let mut of_chart = Vec::new();
+        for i in 0..=steps[0] {
+            for j in 0..=steps[1] {
+                let at = |axis: usize, k: usize| {
+                    self.low[axis] + (self.high[axis] - self.low[axis]) * k as f64 / steps[axis] as f64
+                };
+                let uv = [at(0, i), at(1, j)];
+                of_chart.push((self.row(&uv), domain.point(uv).coords, 1.0));
             }
         }
-    };
-    for p in inner {
-        add(&row(p), p.z, 1.0);
+        let start = self.solve(&of_chart, 1e-9)?;
+        let moved = |(uv, p): &(Uv, Point3), weight: f64| {
+            let row = self.row(uv);
+            (row, p.coords - Self::point(&start, &row), weight)
+        };
+        let mut rows: Vec<(Row, Vec3, f64)> = inner.iter().map(|p| moved(p, 1.0)).collect();
+        rows.extend(outer.iter().map(|p| moved(p, BORDER_WEIGHT)));
+        let moves = self.solve(&rows, SMOOTHING * (inner.len() as f64 / n as f64).max(1.0))?;
+        let poles: Vec<Vec3> = start.iter().zip(&moves).map(|(p, d)| p + d).collect();
+        let gap = |(uv, p): &(Uv, Point3)| (Self::point(&poles, &self.row(uv)) - p.coords).norm();
+        let border_gap = outer.iter().map(gap).fold(0.0, f64::max);
+        let [knots_u, knots_v] = self.knots.clone();
+        let poles = poles.into_iter().map(Point3::from).collect();
+        Some((SplineSurface { knots_u, knots_v, poles }, border_gap))
     }
-    for p in outer {
-        add(&row(p), p.z, BORDER_WEIGHT);
-    }
-    let penalty = SMOOTHING * (inner.len() as f64 / n as f64).max(1.0);
-    for i in 0..counts[0] {
-        for j in 0..counts[1] {
-            let at = |i: usize, j: usize| i * counts[1] + j;
-            if i + 2 < counts[0] {
-                add(&[(at(i, j), 1.0), (at(i + 1, j), -2.0), (at(i + 2, j), 1.0)], 0.0, penalty);
-            }
-            if j + 2 < counts[1] {
-                add(&[(at(i, j), 1.0), (at(i, j + 1), -2.0), (at(i, j + 2), 1.0)], 0.0, penalty);
+
+    /// Poles by least squares with a penalty on their second differences.
+    fn solve(&self, rows: &[(Row, Vec3, f64)], penalty: f64) -> Option<Vec<Vec3>> {
+        let n = self.counts[0] * self.counts[1];
+        let mut matrix = Banded::zeros(n, DEGREE * self.counts[1] + DEGREE);
+        let mut right = vec![[0.0; 3]; n];
+        for (row, value, weight) in rows {
+            for (i, a) in row {
+                for k in 0..3 {
+                    right[*i][k] += weight * a * value[k];
+                }
+                for (j, b) in row {
+                    matrix.add(*i, *j, weight * a * b);
+                }
             }
         }
+        let mut straight = |poles: [usize; 3]| {
+            for (i, a) in poles.iter().zip([1.0, -2.0, 1.0]) {
+                for (j, b) in poles.iter().zip([1.0, -2.0, 1.0]) {
+                    matrix.add(*i, *j, penalty * a * b);
+                }
+            }
+        };
+        let at = |i: usize, j: usize| i * self.counts[1] + j;
+        for i in 0..self.counts[0] {
+            for j in 0..self.counts[1] {
+                if i + 2 < self.counts[0] {
+                    straight([at(i, j), at(i + 1, j), at(i + 2, j)]);
+                }
+                if j + 2 < self.counts[1] {
+                    straight([at(i, j), at(i, j + 1), at(i, j + 2)]);
+                }
+            }
+        }
+        Some(matrix.solve(right)?.into_iter().map(Vec3::from).collect())
     }
-    let heights = matrix.cholesky()?.solve(&right);
-    let average = |axis: usize, k: usize| {
-        let share = knots[axis][k + 1..=k + DEGREE].iter().sum::<f64>() / DEGREE as f64;
-        low[axis] + (high[axis] - low[axis]) * share
-    };
-    let poles = (0..n)
-        .map(|k| {
-            let (i, j) = (k / counts[1], k % counts[1]);
-            frame.global(&Vec3::new(average(0, i), average(1, j), heights[k]))
-        })
-        .collect();
-    let border_gap = outer
-        .iter()
-        .map(|p| (row(p).iter().map(|(k, b)| heights[*k] * b).sum::<f64>() - p.z).abs())
-        .fold(0.0, f64::max);
-    let [knots_u, knots_v] = knots;
-    Some(Fitted { surface: SplineSurface { knots_u, knots_v, poles }, border_gap })
 }

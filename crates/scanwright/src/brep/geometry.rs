@@ -29,6 +29,13 @@ pub(super) struct Course {
     pub points: Vec<Point3>,
 }
 
+impl Course {
+    /// How far off its surfaces the middle of the course stays when it is moved onto them.
+    pub(super) fn apart(&self, spacing: f64) -> f64 {
+        meet(&self.points[self.points.len() / 2], &self.fields, CORNER_REACH * spacing, PARALLEL).residual
+    }
+}
+
 /// A corner of the solid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {

@@ -1,220 +1,253 @@
-//! What is done when the labels do not give a solid as they are: faces that vanish, edges that do not exist, surfaces
-//! that do not pass through their edges. Every mend is kept only if the solid's corners and edges lie better after it.
+//! What is done when the labels do not give a sound solid as they are: faces too narrow to have edges of their own,
+//! edges that do not exist, surfaces that do not pass through their edges.
+//!
+//! A greedy search: every mend is a small change of the labels beside a flaw, tried by building the whole solid again,
+//! and kept only if less is wrong with it. Nothing that was seen is moved by more than what a scan can show. Cost: one
+//! build per trial, only where something is wrong.
 
-use super::draft::Draft;
+use super::attempt::{Attempt, Bench, Choice};
 use super::halfedge::HalfEdges;
-use super::{Issue, IssueCode, LabelledMesh, labels};
-use crate::segment::RegionId;
 use crate::surface::Surface;
-use crate::tolerance::Tolerances;
 
-/// Residual, in spacings, from which a corner is taken to be wrong.
-const WRONG_CORNER: f64 = 0.3;
-
-/// A labelling at work, with the geometry it gives.
-pub(super) struct Bench<'a> {
-    pub closed: &'a LabelledMesh,
-    pub half_edges: HalfEdges,
-    pub labels: Vec<u32>,
-    pub surfaces: Vec<Option<Surface>>,
-    pub tolerances: &'a Tolerances,
-    pub draft: Draft,
+/// A change that may mend a flaw.
+#[derive(Debug, Clone, PartialEq)]
+enum Mend {
+    /// Other labels for some triangles.
+    Relabel { triangles: Vec<u32>, labels: Vec<u32> },
+    /// A B-spline in place of a region's surface.
+    Demote { region: u32 },
 }
 
-impl<'a> Bench<'a> {
-    pub(super) fn new(
-        closed: &'a LabelledMesh,
-        half_edges: HalfEdges,
-        labels: Vec<u32>,
-        surfaces: Vec<Option<Surface>>,
-        tolerances: &'a Tolerances,
-    ) -> Self {
-        let draft = Draft::new(closed, &half_edges, &labels, &surfaces, tolerances);
-        Self { closed, half_edges, labels, surfaces, tolerances, draft }
-    }
+/// The soundest attempt that small changes lead to from `start`.
+pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
+    demoted(bench, relabelled(bench, start))
+}
 
-    fn redraft(&mut self) {
-        let spacing = self.tolerances.spacing();
-        labels::clean(&self.closed.mesh, &self.half_edges, &mut self.labels, spacing);
-        self.draft = Draft::new(self.closed, &self.half_edges, &self.labels, &self.surfaces, self.tolerances);
-    }
+/// Mends that take less than this from the severity are not worth a change.
+const WORTH: f64 = 1e-3;
 
-    /// Takes new labels if the solid lies better with them.
-    fn try_labels(&mut self, labels: Vec<u32>) -> bool {
-        let before = self.excess();
-        let kept = std::mem::replace(&mut self.labels, labels);
-        let mut spacing_labels = self.labels.clone();
-        labels::clean(&self.closed.mesh, &self.half_edges, &mut spacing_labels, self.tolerances.spacing());
-        let draft =
-            Draft::new(self.closed, &self.half_edges, &spacing_labels, &self.surfaces, self.tolerances);
-        if draft.collapsed().is_empty() && draft.excess(self.tolerances.gap()) < before {
-            (self.labels, self.draft) = (spacing_labels, draft);
-            return true;
+/// Changes labels as long as that helps.
+fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
+    /// Builds per scan: a flaw takes about three, and a scan with more than a dozen has other troubles.
+    const MAX_TRIALS: usize = 24;
+    let mut best = start;
+    let mut tried: Vec<Mend> = Vec::new();
+    for _ in 0..MAX_TRIALS {
+        if best.severity() <= 0.0 {
+            break;
         }
-        self.labels = kept;
-        false
+        let Some(mend) = relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)) else { break };
+        let trial = bench.attempt(applied(&best.choice, &mend));
+        tried.push(mend);
+        if trial.severity() < best.severity() - WORTH {
+            best = trial;
+        }
     }
-
-    fn excess(&self) -> f64 {
-        self.draft.excess(self.tolerances.gap())
-    }
+    best
 }
 
-/// Gives faces that collapsed to fewer than two edges to their neighbours.
-pub(super) fn drop_collapsed(bench: &mut Bench, issues: &mut Vec<Issue>) {
-    /// Faces that collapse take their neighbours' corners with them; mending ends after a few rounds.
-    const MAX_ROUNDS: usize = 6;
+/// Puts B-splines in place of surfaces as long as that helps: of those beside flaws each time the one that cures most.
+fn demoted(bench: &Bench, start: Attempt) -> Attempt {
+    /// Faces that may be demoted.
+    const MAX_ROUNDS: usize = 8;
+    /// Regions that are tried in each round.
+    const MAX_TRIALS: usize = 4;
+    /// Share of the flaws beside a face that a B-spline in its place has to cure.
+    const CURED: f64 = 0.2;
+    let mut best = start;
     for _ in 0..MAX_ROUNDS {
-        let collapsed = bench.draft.collapsed();
-        if collapsed.is_empty() {
-            return;
+        if best.severity() <= 0.0 {
+            break;
         }
-        for p in collapsed {
-            let region = RegionId(bench.draft.patches[p].region);
-            if bench.draft.give_away(p, &bench.half_edges, &mut bench.labels) {
-                let text = "a face collapsed to nothing; its neighbour was extended over it";
-                issues.push(Issue::new(IssueCode::FaceDropped, Some(region), text.into()));
+        let mut next: Option<Attempt> = None;
+        for (region, blame) in blamed(bench, &best).into_iter().take(MAX_TRIALS) {
+            let mend = Mend::Demote { region };
+            let trial = bench.attempt(applied(&best.choice, &mend));
+            let limit = next.as_ref().map_or(best.severity() - (CURED * blame).max(WORTH), Attempt::severity);
+            if trial.severity() < limit {
+                let done = trial.severity() <= 0.0;
+                next = Some(trial);
+                if done {
+                    break;
+                }
             }
         }
-        bench.redraft();
+        let Some(next) = next else { break };
+        best = next;
     }
+    best
 }
 
-/// Takes away edges of A|B that are not there: those between two wrong corners where one face C passes between.
-pub(super) fn dissolve(bench: &mut Bench) {
-    /// Single trials; each costs as much as the whole geometry.
-    const MAX_TRIALS: usize = 8;
-    let bands = false_edges(bench);
-    if bands.is_empty() {
-        return;
-    }
-    let mut all = bench.labels.clone();
-    for (triangles, region) in &bands {
-        for &t in triangles {
-            all[t] = *region;
-        }
-    }
-    if bench.try_labels(all) || bands.len() == 1 {
-        return;
-    }
-    for (triangles, region) in bands.iter().take(MAX_TRIALS) {
-        let mut labels = bench.labels.clone();
-        for &t in triangles {
-            labels[t] = *region;
-        }
-        bench.try_labels(labels);
-    }
+/// The regions beside flaws that still have surfaces, and what is wrong beside each, per size of the region.
+fn blamed(bench: &Bench, attempt: &Attempt) -> Vec<(u32, f64)> {
+    let mut regions: Vec<u32> =
+        attempt.flaws.iter().flat_map(|f| &f.patches).map(|p| attempt.draft.patches[*p].region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let free = |r: &u32| !attempt.choice.demoted[*r as usize] && bench.surfaces[*r as usize].is_some();
+    let size = |r: u32| attempt.choice.labels.iter().filter(|l| **l == r).count() as f64;
+    let mut blamed: Vec<(u32, f64, f64)> = regions
+        .into_iter()
+        .filter(free)
+        .map(|r| (r, blame(attempt, r), blame(attempt, r) / size(r).max(1.0).sqrt().sqrt()))
+        .collect();
+    blamed.sort_by(|a, b| b.2.total_cmp(&a.2).then(a.0.cmp(&b.0)));
+    blamed.into_iter().map(|(r, blame, _)| (r, blame)).collect()
 }
 
-/// For each edge that may not exist: the band of triangles round it, and the region that would take them.
-fn false_edges(bench: &Bench) -> Vec<(Vec<usize>, u32)> {
+/// What is wrong beside a region.
+fn blame(attempt: &Attempt, region: u32) -> f64 {
+    let beside = |p: &usize| attempt.draft.patches[*p].region == region;
+    attempt.flaws.iter().filter(|f| f.patches.iter().any(beside)).map(|f| f.weight).sum()
+}
+
+fn applied(choice: &Choice, mend: &Mend) -> Choice {
+    let mut choice = choice.clone();
+    match mend {
+        Mend::Relabel { triangles, labels } => {
+            for (t, label) in triangles.iter().zip(labels) {
+                choice.labels[*t as usize] = *label;
+            }
+        }
+        Mend::Demote { region } => choice.demoted[*region as usize] = true,
+    }
+    choice
+}
+
+/// Changes of labels that may mend the flaws of an attempt, the surest first, then the least.
+fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    let (sure, mut mends) = false_edges(bench, attempt);
+    let mut patches: Vec<usize> = attempt.flaws.iter().flat_map(|f| f.patches.iter().copied()).collect();
+    patches.sort_unstable();
+    patches.dedup();
+    let mut seen: Vec<usize> = Vec::new();
+    for p in patches {
+        let group = attempt.draft.group_of(p);
+        if seen.contains(&group[0]) {
+            continue;
+        }
+        seen.push(group[0]);
+        mends.extend(giving_away(bench, attempt, &group));
+    }
+    mends.sort_by_key(|m| if let Mend::Relabel { triangles, .. } = m { triangles.len() } else { 0 });
+    sure.into_iter().chain(mends).collect()
+}
+
+/// Ways to do without the patches of one face: every triangle to the nearest of the neighbours, or all to one.
+fn giving_away(bench: &Bench, attempt: &Attempt, group: &[usize]) -> Vec<Mend> {
+    /// Neighbours with the longest common borders that are asked.
+    const MAX_TAKERS: usize = 3;
+    let draft = &attempt.draft;
+    let region = draft.patches[group[0]].region;
+    let triangles: Vec<u32> =
+        group.iter().flat_map(|p| draft.patches[*p].triangles.iter().copied()).collect();
+    let mut takers: Vec<(u32, usize)> = Vec::new();
+    for t in &triangles {
+        for u in bench.half_edges.neighbours(*t as usize).into_iter().flatten() {
+            let other = attempt.choice.labels[u];
+            if other == region {
+                continue;
+            }
+            match takers.iter_mut().find(|taker| taker.0 == other) {
+                Some(taker) => taker.1 += 1,
+                None => takers.push((other, 1)),
+            }
+        }
+    }
+    takers.sort_by_key(|t| (std::cmp::Reverse(t.1), t.0));
+    takers.truncate(MAX_TAKERS);
+    let surfaces: Vec<(u32, Surface)> =
+        takers.iter().filter_map(|(r, _)| bench.surfaces[*r as usize].map(|s| (*r, s))).collect();
+    let center = |t: &u32| bench.closed.mesh.triangle_center(*t as usize);
+    let mut mends = Vec::new();
+    if surfaces.len() > 1 {
+        let nearest = |t: &u32| {
+            let off = |s: &Surface| s.signed_distance(&center(t)).abs();
+            surfaces.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1))).expect("there are some")
+        };
+        let labels: Vec<u32> = triangles.iter().map(|t| nearest(t).0).collect();
+        let off = triangles.iter().map(|t| nearest(t).1.signed_distance(&center(t)).abs());
+        if harmless(bench, off.collect()) {
+            mends.push(Mend::Relabel { triangles: triangles.clone(), labels });
+        }
+    }
+    for (taker, surface) in &surfaces {
+        if harmless(bench, triangles.iter().map(|t| surface.signed_distance(&center(t)).abs()).collect()) {
+            mends.push(Mend::Relabel { triangles: triangles.clone(), labels: vec![*taker; triangles.len()] });
+        }
+    }
+    mends
+}
+
+/// Whether triangles this far from the surface that takes them are lost in what a scan rounds off.
+fn harmless(bench: &Bench, mut distances: Vec<f64>) -> bool {
+    /// In spacings: the rounding of an edge.
+    const ROUNDED: f64 = 1.2;
+    /// Share of the triangles that must be nearer.
+    const MOST: f64 = 0.9;
+    crate::math::stats::quantile(&mut distances, MOST)
+        .is_none_or(|d| d <= ROUNDED * bench.tolerances.spacing())
+}
+
+/// Edges of A|B that may not exist, because one face C passes between two wrong corners: a band round each goes to C.
+/// First those whose surfaces do not meet, all at once and each, then those whose corners are wrong.
+fn false_edges(bench: &Bench, attempt: &Attempt) -> (Vec<Mend>, Vec<Mend>) {
     /// Longest chain, in mesh edges, that may be turned between two faces that do not both touch its ends.
     const MAX_FLIP: usize = 10;
     /// Rings of triangles on each side of the edge that are given away.
     const RINGS: usize = 2;
-    let draft = &bench.draft;
-    let wrong = WRONG_CORNER * bench.tolerances.spacing();
+    let draft = &attempt.draft;
     let region = |p: u32| draft.patches[p as usize].region;
-    let mut regions_at: Vec<Vec<u32>> = vec![Vec::new(); draft.corners.corners.len()];
-    for chain in &draft.topology.chains {
-        for v in [chain.start(), chain.end()] {
-            let Some(c) = draft.corners.corner_of[v as usize] else { continue };
-            regions_at[c as usize].extend([Some(chain.left), chain.right].into_iter().flatten().map(region));
-        }
-    }
-    let mut bands = Vec::new();
-    for chain in &draft.topology.chains {
+    let at = |c: u32| -> Vec<u32> { draft.patches_at(c).into_iter().map(|p| region(p as u32)).collect() };
+    let (mut sure, mut doubtful) = (Vec::new(), Vec::new());
+    for (chain, course) in draft.topology.chains.iter().zip(&draft.courses) {
         let Some(right) = chain.right else { continue };
         let (a, b) = (region(chain.left), region(right));
         let ends = [chain.start(), chain.end()].map(|v| draft.corners.corner_of[v as usize]);
         let [Some(start), Some(end)] = ends else { continue };
         let residual = |c: u32| draft.corners.corners[c as usize].residual;
-        if residual(start).max(residual(end)) <= wrong {
+        let apart = a != b && course.apart(bench.tolerances.spacing()) > bench.limit;
+        if !apart && residual(start).max(residual(end)) <= bench.limit {
             continue;
         }
-        let third = |c: u32| regions_at[c as usize].iter().copied().find(|r| *r != a && *r != b);
-        let shared = regions_at[start as usize]
-            .iter()
-            .copied()
-            .find(|r| *r != a && *r != b && regions_at[end as usize].contains(r));
+        let (first, last) = (at(start), at(end));
+        let others = |regions: &[u32]| regions.iter().copied().find(|r| *r != a && *r != b);
+        let shared = first.iter().copied().find(|r| *r != a && *r != b && last.contains(r));
         let taker = if start == end || shared.is_none() {
-            (chain.vertices.len() <= MAX_FLIP).then(|| third(start).or(third(end))).flatten()
+            (chain.vertices.len() <= MAX_FLIP).then(|| others(&first).or(others(&last))).flatten()
         } else {
             shared
         };
         let Some(taker) = taker else { continue };
-        bands.push((band(bench, &chain.vertices, [a, b], RINGS), taker));
+        let triangles = band(bench, &attempt.choice.labels, &chain.vertices, [a, b], RINGS);
+        let labels = vec![taker; triangles.len()];
+        if apart { &mut sure } else { &mut doubtful }.push(Mend::Relabel { triangles, labels });
     }
-    bands
+    if sure.len() > 1 {
+        let mut all = (Vec::new(), Vec::new());
+        for mend in &sure {
+            if let Mend::Relabel { triangles, labels } = mend {
+                all.0.extend(triangles);
+                all.1.extend(labels);
+            }
+        }
+        sure.insert(0, Mend::Relabel { triangles: all.0, labels: all.1 });
+    }
+    (sure, doubtful)
 }
 
 /// Triangles of two regions within some rings of a run of vertices.
-fn band(bench: &Bench, vertices: &[u32], regions: [u32; 2], rings: usize) -> Vec<usize> {
+fn band(bench: &Bench, labels: &[u32], vertices: &[u32], regions: [u32; 2], rings: usize) -> Vec<u32> {
     let mut front: Vec<u32> = vertices.to_vec();
-    let mut triangles: Vec<usize> = Vec::new();
+    let mut triangles: Vec<u32> = Vec::new();
     for _ in 0..rings {
         let around = front.iter().flat_map(|v| bench.half_edges.leaving(*v)).map(|h| HalfEdges::triangle(*h));
-        triangles.extend(around.filter(|t| regions.contains(&bench.labels[*t])));
+        triangles.extend(around.filter(|t| regions.contains(&labels[*t])).map(|t| t as u32));
         triangles.sort_unstable();
         triangles.dedup();
-        front = triangles.iter().flat_map(|t| bench.closed.mesh.triangles[*t]).collect();
+        front = triangles.iter().flat_map(|t| bench.closed.mesh.triangles[*t as usize]).collect();
         front.sort_unstable();
         front.dedup();
     }
     triangles
-}
-
-/// Turns the surfaces that keep edges or corners from closing into B-splines, weakest first.
-pub(super) fn demote(bench: &mut Bench, issues: &mut Vec<Issue>) {
-    /// In spacings: a gap that a reader may not accept, a quarter of a thousandth of a usual diagonal and up.
-    const INTOLERABLE: f64 = 0.1;
-    /// Faces that may be demoted, one per round.
-    const MAX_ROUNDS: usize = 10;
-    let limit = (INTOLERABLE * bench.tolerances.spacing()).max(bench.tolerances.gap());
-    for _ in 0..MAX_ROUNDS {
-        let Some(region) = weakest(&bench.draft, limit) else { return };
-        let before = bench.draft.excess(limit);
-        let kept: Vec<Option<Surface>> = bench.draft.patches.iter().map(|p| p.surface).collect();
-        for patch in bench.draft.patches.iter_mut().filter(|p| p.region == region) {
-            patch.surface = None;
-        }
-        bench.draft.solve(&bench.closed.mesh, bench.tolerances);
-        let splines = bench.draft.splines(&bench.closed.mesh, bench.tolerances);
-        let border = splines.iter().flatten().map(|s| (s.border_gap - limit).max(0.0)).sum::<f64>();
-        if bench.draft.excess(limit) + border >= before {
-            for (patch, surface) in bench.draft.patches.iter_mut().zip(kept) {
-                patch.surface = surface;
-            }
-            bench.draft.solve(&bench.closed.mesh, bench.tolerances);
-            return;
-        }
-        let text = "its surface does not pass through its edges; a B-spline takes its place";
-        issues.push(Issue::new(IssueCode::Freeform, Some(RegionId(region)), text.into()));
-    }
-}
-
-/// The region with the most excess for its size on edges and corners off by more than `limit`.
-fn weakest(draft: &Draft, limit: f64) -> Option<u32> {
-    let n = draft.patches.iter().map(|p| p.region as usize + 1).max()?;
-    let (mut excess, mut size) = (vec![0.0; n], vec![0_usize; n]);
-    for patch in &draft.patches {
-        size[patch.region as usize] += patch.triangles.len();
-    }
-    for (chain, edge) in draft.topology.chains.iter().zip(&draft.edges) {
-        let corner =
-            |v: u32| draft.corners.corner_of[v as usize].map(|c| draft.corners.corners[c as usize].residual);
-        let ends = [chain.start(), chain.end()].into_iter().filter_map(corner).map(|r| (r - limit).max(0.0));
-        let off = ends.sum::<f64>() + edge.as_ref().map_or(0.0, |e| (e.gap - limit).max(0.0));
-        for p in [Some(chain.left), chain.right].into_iter().flatten() {
-            let patch = &draft.patches[p as usize];
-            if patch.surface.is_some() {
-                excess[patch.region as usize] += off;
-            }
-        }
-    }
-    let score = |r: usize| excess[r] / (size[r] as f64).sqrt();
-    (0..n)
-        .filter(|r| excess[*r] > 0.0)
-        .max_by(|a, b| score(*a).total_cmp(&score(*b)).then(b.cmp(a)))
-        .map(|r| r as u32)
 }

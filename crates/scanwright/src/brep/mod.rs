@@ -1,6 +1,8 @@
 //! From a labelled mesh to a closed solid.
 
 mod assemble;
+mod attempt;
+mod banded;
 mod build;
 mod chains;
 pub mod check;

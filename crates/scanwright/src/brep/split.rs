@@ -30,6 +30,8 @@ pub(super) struct Patch {
     pub region: u32,
     /// Its surface; `None` when freeform.
     pub surface: Option<Surface>,
+    /// The surface that it was cut for, also when a B-spline takes its place.
+    pub chart: Option<Surface>,
     /// The cuts that made it.
     pub cuts: Vec<Cut>,
     /// Its triangles.
@@ -149,8 +151,6 @@ impl Cutter<'_> {
 
     /// Cuts a freeform component across its principal axes until the pieces are heights over planes.
     fn cut_freeform(&mut self, c: usize, triangles: &[u32]) {
-        /// Share of the area that may be steeper than a height.
-        const MAX_FOLDED: f64 = 0.02;
         let border = self.border(c as u32, triangles);
         let centers: Vec<Point3> = triangles.iter().map(|t| self.mesh.triangle_center(*t as usize)).collect();
         let center = crate::math::centroid(&centers);
@@ -158,7 +158,7 @@ impl Cutter<'_> {
         for (_, direction) in axes.iter().rev() {
             let folded = self.pieces(c, triangles).iter().any(|piece| {
                 let frame = super::freeform::base_frame(self.mesh, piece);
-                super::freeform::folded_share(self.mesh, piece, &frame) > MAX_FOLDED
+                super::freeform::folded_share(self.mesh, piece, &frame) > super::freeform::MAX_FOLDED
             });
             if !folded {
                 break;
@@ -344,7 +344,7 @@ fn collect(
             let cuts = work.planes[c].iter().enumerate();
             let cuts = cuts.map(|(i, plane)| Cut { plane: *plane, above: side[t] >> i & 1 == 1 }).collect();
             let surface = surfaces[labels[t] as usize];
-            patches.push(Patch { region: labels[t], surface, cuts, triangles: Vec::new() });
+            patches.push(Patch { region: labels[t], surface, chart: surface, cuts, triangles: Vec::new() });
         }
         patches[id].triangles.push(t as u32);
     }

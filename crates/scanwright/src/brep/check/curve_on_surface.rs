@@ -3,7 +3,7 @@
 use super::Problem;
 use crate::brep::assemble::use_points;
 use crate::brep::domain::{Domain, n_samples};
-use crate::brep::solid::{FaceId, Solid};
+use crate::brep::solid::{EdgeUse, FaceId, Solid};
 
 /// Samples per drawn interval of a curve: between the points that it was made from, too.
 const REFINE: usize = 2;
@@ -16,13 +16,8 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
         let domain = Domain::new(solid, face);
         let mut problems = Vec::new();
         for edge_use in face.loops.iter().flat_map(|l| &l.uses) {
-            let edge = solid.edge(edge_use.edge);
-            let n = n_samples(&edge.curve, &solid.point(edge.start), &solid.point(edge.end));
-            let points = use_points(solid, *edge_use, (REFINE * n).max(FEWEST));
-            let off = points.iter().map(|p| domain.distance(p));
-            // Not `max`: a distance that is no number must win.
-            let distance = off.fold(0.0, |m: f64, d| if d <= m { m } else { d });
-            if distance > gap || distance.is_nan() {
+            let distance = distance(solid, &domain, *edge_use);
+            if !(distance <= gap) {
                 problems.push(Problem::CurveOffSurface {
                     edge: edge_use.edge,
                     face: FaceId(f as u32),
@@ -34,4 +29,14 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
         problems
     });
     per_face.into_iter().flatten().collect()
+}
+
+/// Largest distance of an edge's curve from the surface of a face.
+pub(in crate::brep) fn distance(solid: &Solid, domain: &Domain, edge_use: EdgeUse) -> f64 {
+    let edge = solid.edge(edge_use.edge);
+    let n = n_samples(&edge.curve, &solid.point(edge.start), &solid.point(edge.end));
+    let points = use_points(solid, edge_use, (REFINE * n).max(FEWEST));
+    let off = points.iter().map(|p| domain.distance(p));
+    // Not `max`: a distance that is no number must win.
+    off.fold(0.0, |m: f64, d| if d <= m { m } else { d })
 }

@@ -4,35 +4,46 @@
 
 use super::Problem;
 use crate::brep::domain::{Domain, Uv};
-use crate::brep::solid::{FaceId, Solid};
+use crate::brep::solid::{EdgeId, FaceId, Solid};
+
+/// A piece of an edge in the parameter plane.
+struct Segment {
+    ends: (Uv, Uv),
+    edge: EdgeId,
+}
 
 pub(super) fn check(solid: &Solid) -> Vec<Problem> {
     let per_face = crate::par::map_indices(solid.faces.len(), |f| {
         let face = &solid.faces[f];
         let domain = Domain::new(solid, face);
-        let mut segments: Vec<(Uv, Uv)> = Vec::new();
+        let mut segments: Vec<Segment> = Vec::new();
         for run in &face.loops {
-            let polygon = domain.polygon(solid, run);
+            let (polygon, edges) = domain.polygon_with_edges(solid, run);
             let n = polygon.len();
-            segments.extend((0..n).map(|i| (polygon[i], polygon[(i + 1) % n])));
+            segments
+                .extend((0..n).map(|i| Segment { ends: (polygon[i], polygon[(i + 1) % n]), edge: edges[i] }));
         }
-        let crossings = count_crossings(&mut segments);
-        (crossings > 0).then_some(Problem::LoopsCross { face: FaceId(f as u32), crossings })
+        let (crossings, first) = count_crossings(&mut segments);
+        first.map(|edges| Problem::LoopsCross { face: FaceId(f as u32), edges, crossings })
     });
     per_face.into_iter().flatten().collect()
 }
 
-fn count_crossings(segments: &mut [(Uv, Uv)]) -> usize {
-    let low = |s: &(Uv, Uv)| s.0[0].min(s.1[0]);
+/// The number of crossings and the edges of one of them.
+fn count_crossings(segments: &mut [Segment]) -> (usize, Option<[EdgeId; 2]>) {
+    let low = |s: &Segment| s.ends.0[0].min(s.ends.1[0]);
     segments.sort_by(|a, b| low(a).total_cmp(&low(b)));
-    let mut count = 0;
+    let (mut count, mut first) = (0, None);
     for (i, a) in segments.iter().enumerate() {
-        let high = a.0[0].max(a.1[0]);
+        let high = a.ends.0[0].max(a.ends.1[0]);
         for b in segments[i + 1..].iter().take_while(|b| low(b) <= high) {
-            count += usize::from(crosses(a, b));
+            if crosses(&a.ends, &b.ends) {
+                count += 1;
+                first.get_or_insert([a.edge, b.edge]);
+            }
         }
     }
-    count
+    (count, first)
 }
 
 /// Whether the insides of two segments cross; touching ends do not.

@@ -2,7 +2,7 @@
 //!
 //! Kernels heal what they read (flipped faces, small gaps), so their verdict is no proof; these checks heal nothing.
 
-mod curve_on_surface;
+pub(super) mod curve_on_surface;
 mod edge_use;
 mod euler;
 mod loop_closed;
@@ -60,10 +60,12 @@ pub enum Problem {
         area: f64,
     },
     /// Loops of a face cross each other or themselves.
-    #[error("loops of face {face:?} cross at {crossings} places")]
+    #[error("loops of face {face:?} cross at {crossings} places, among them edges {edges:?}")]
     LoopsCross {
         /// The face.
         face: FaceId,
+        /// The edges of one of the crossings.
+        edges: [EdgeId; 2],
         /// Pairs of crossing segments.
         crossings: usize,
     },

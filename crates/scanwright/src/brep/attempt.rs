@@ -1,0 +1,191 @@
+//! One labelling carried through to solids, and what is wrong with them.
+
+use super::assemble::{Made, Parts, solids};
+use super::check::{Problem, check};
+use super::draft::Draft;
+use super::freeform::Fitted;
+use super::halfedge::HalfEdges;
+use super::solid::Solid;
+use super::{LabelledMesh, labels};
+use crate::surface::Surface;
+use crate::tolerance::Tolerances;
+
+/// What all attempts at one scan have in common.
+pub(super) struct Bench<'a> {
+    pub closed: &'a LabelledMesh,
+    pub half_edges: HalfEdges,
+    /// Component of the mesh that each triangle belongs to, and their number.
+    pub components: (Vec<u32>, usize),
+    /// One per region: as they were fitted.
+    pub surfaces: Vec<Option<Surface>>,
+    pub tolerances: &'a Tolerances,
+    /// Largest gap that receiving programs accept.
+    pub limit: f64,
+}
+
+/// What can be chosen for one attempt.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Choice {
+    /// One per triangle.
+    pub labels: Vec<u32>,
+    /// One per region: whether a B-spline takes the place of its surface.
+    pub demoted: Vec<bool>,
+}
+
+/// Something wrong with an attempt, and where.
+#[derive(Debug, Clone)]
+pub(super) struct Flaw {
+    /// Patches at fault or beside it.
+    pub patches: Vec<usize>,
+    /// How much it is worth to be rid of it.
+    pub weight: f64,
+}
+
+/// A labelling with the solids it gives.
+pub(super) struct Attempt {
+    pub choice: Choice,
+    pub draft: Draft,
+    pub splines: Vec<Option<Fitted>>,
+    pub solids: Vec<Made>,
+    pub flaws: Vec<Flaw>,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(closed: &'a LabelledMesh, tolerances: &'a Tolerances) -> Self {
+        /// Share of the part's diagonal: readers widen their tolerances to the gap they find, and programs refuse a
+        /// part from about a thousandth of its size; a fifth is kept for the difference between their measure and ours.
+        const LIMIT: f64 = 8e-4;
+        let half_edges = HalfEdges::new(&closed.mesh);
+        let components = half_edges.components(|_| 0);
+        let surfaces = closed.primitives.iter().map(|p| p.surface).collect();
+        let limit = (LIMIT * closed.mesh.diagonal()).max(tolerances.gap());
+        Self { closed, half_edges, components, surfaces, tolerances, limit }
+    }
+
+    /// Builds from a choice.
+    pub(super) fn attempt(&self, mut choice: Choice) -> Attempt {
+        let mesh = &self.closed.mesh;
+        labels::clean(mesh, &self.half_edges, &mut choice.labels, self.tolerances.spacing());
+        let mut draft = self.draft(&choice);
+        for _ in 0..MAX_COLLAPSES {
+            let collapsed = draft.collapsed();
+            let given =
+                collapsed.into_iter().filter(|p| draft.give_away(*p, &self.half_edges, &mut choice.labels));
+            if given.count() == 0 {
+                break;
+            }
+            labels::clean(mesh, &self.half_edges, &mut choice.labels, self.tolerances.spacing());
+            draft = self.draft(&choice);
+        }
+        draft.settle(mesh, &self.surfaces_of(&choice), self.tolerances);
+        let splines = draft.splines(mesh, self.tolerances);
+        let solids = self.solids(&draft, &splines);
+        let flaws = self.flaws(&draft, &splines, &solids);
+        Attempt { choice, draft, splines, solids, flaws }
+    }
+
+    fn draft(&self, choice: &Choice) -> Draft {
+        Draft::new(
+            self.closed,
+            &self.half_edges,
+            &choice.labels,
+            &self.surfaces,
+            &choice.demoted,
+            self.tolerances,
+        )
+    }
+
+    fn surfaces_of(&self, choice: &Choice) -> Vec<Option<Surface>> {
+        self.surfaces.iter().zip(&choice.demoted).map(|(s, demoted)| s.filter(|_| !demoted)).collect()
+    }
+
+    fn solids(&self, draft: &Draft, splines: &[Option<Fitted>]) -> Vec<Made> {
+        solids(&Parts {
+            mesh: &self.closed.mesh,
+            patches: &draft.patches,
+            topology: &draft.topology,
+            corners: &draft.corners,
+            edges: &draft.edges,
+            splines,
+            assumed: &self.closed.assumed,
+            components: (&self.components.0, self.components.1),
+        })
+    }
+
+    fn flaws(&self, draft: &Draft, splines: &[Option<Fitted>], solids: &[Made]) -> Vec<Flaw> {
+        let mut flaws = Vec::new();
+        for made in solids {
+            flaws.extend(
+                check(&made.solid, self.limit)
+                    .iter()
+                    .map(|problem| Flaw { patches: made.patches_of(problem), weight: self.weight(problem) }),
+            );
+        }
+        let spacing = self.tolerances.spacing();
+        for (p, spline) in splines.iter().enumerate() {
+            // Near the border but not at the same parameters: readers that compare by parameter see the larger gap.
+            if let Some(off) = spline.as_ref().map(|s| s.border_gap - self.limit).filter(|off| *off > 0.0) {
+                flaws.push(Flaw { patches: vec![p], weight: off / spacing });
+            }
+        }
+        for (c, corner) in draft.corners.corners.iter().enumerate() {
+            if corner.residual > self.limit {
+                flaws.push(Flaw {
+                    patches: draft.patches_at(c as u32),
+                    weight: (corner.residual - self.limit) / spacing,
+                });
+            }
+        }
+        flaws
+    }
+
+    fn weight(&self, problem: &Problem) -> f64 {
+        let excess = |distance: f64| {
+            let share = (distance - self.limit) / self.tolerances.spacing();
+            // A number that is none is as bad as a face that crosses itself.
+            if share.is_finite() { share } else { 1.0 }
+        };
+        match problem {
+            Problem::CurveOffSurface { distance, .. } | Problem::VertexOffCurve { distance, .. } => {
+                excess(*distance)
+            }
+            Problem::LoopsCross { crossings, .. } => 1.0 + 0.1 * (*crossings).min(20) as f64,
+            _ => 1.0,
+        }
+    }
+}
+
+/// Faces that collapse take their neighbours' corners with them; mending ends after a few rounds.
+const MAX_COLLAPSES: usize = 6;
+
+impl Attempt {
+    /// Sum of all that is wrong: zero for solids that every check accepts.
+    pub(super) fn severity(&self) -> f64 {
+        self.flaws.iter().map(|f| f.weight).sum()
+    }
+}
+
+impl Made {
+    /// Patches of the faces that a problem names, or of those at the edge it names.
+    fn patches_of(&self, problem: &Problem) -> Vec<usize> {
+        let solid: &Solid = &self.solid;
+        let at_edge = |edge| {
+            let uses = |f: &super::Face| f.loops.iter().flat_map(|l| &l.uses).any(|u| u.edge == edge);
+            (0..solid.faces.len())
+                .filter(|f| uses(&solid.faces[*f]))
+                .map(|f| self.patches[f])
+                .collect::<Vec<_>>()
+        };
+        match problem {
+            Problem::CurveOffSurface { edge, .. }
+            | Problem::VertexOffCurve { edge, .. }
+            | Problem::EdgeUse { edge, .. } => at_edge(*edge),
+            Problem::LoopsCross { face, edges, .. } => {
+                let mut patches = vec![self.patches[face.0 as usize]];
+                patches.extend(edges.iter().flat_map(|e| at_edge(*e)));
+                patches
+            }
+            _ => problem.face().map(|f| self.patches[f.0 as usize]).into_iter().collect(),
+        }
+    }
+}
