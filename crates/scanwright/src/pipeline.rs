@@ -177,7 +177,7 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 
-    let segmentation = stages::segment(&part, &normals, &scan.tolerances, options);
+    let segmentation = stages::segment(&part, &normals, support.as_ref(), &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
 
     let segmentation = stages::regularize(&part, segmentation);

@@ -57,10 +57,11 @@ pub(super) fn denoise(part: &Part, tolerances: &Tolerances) -> Vec<Vec3> {
 pub(super) fn segment(
     part: &Part,
     normals: &[Vec3],
+    support: Option<&Support>,
     tolerances: &Tolerances,
     options: &Options,
 ) -> Segmentation {
-    let options = SegmentOptions { min_face: options.min_face };
+    let options = SegmentOptions { min_face: options.min_face, ground: support.map(|s| s.plane) };
     segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }
 

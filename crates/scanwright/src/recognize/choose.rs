@@ -35,13 +35,8 @@ pub struct Choice {
 }
 
 /// Types from simple to complex. A strip of a cylinder or cone fits a sphere: the cone comes first.
-pub const TYPE_ORDER: [SurfaceKind; 5] = [
-    SurfaceKind::Plane,
-    SurfaceKind::Cylinder,
-    SurfaceKind::Cone,
-    SurfaceKind::Sphere,
-    SurfaceKind::Torus,
-];
+pub const TYPE_ORDER: [SurfaceKind; 5] =
+    [SurfaceKind::Plane, SurfaceKind::Cylinder, SurfaceKind::Cone, SurfaceKind::Sphere, SurfaceKind::Torus];
 /// Cost at which one sample counts no more: five sigmas.
 pub const COST_CAP: f64 = 25.0;
 /// Vertices per independent sample of the wavy part of the noise (correlation length of 5 to 7 spacings).

@@ -93,6 +93,10 @@ impl Cover {
         }
         let core: Vec<u32> = hypothesis.support.iter().map(|s| s.0).collect();
         for v in field.dilated(&core, self.reach, &mut self.scratch) {
+            if let Some(ground) = field.ground_near(v) {
+                let slot = &mut self.best[v as usize];
+                *slot = slot.min((edge::cost(field, &hypothesis.fit, ground, v) as f32).max(DEAD_ZONE));
+            }
             for k in 0..self.near[v as usize].len() {
                 let other = self.fits[self.near[v as usize][k] as usize];
                 let cost = edge::cost(field, &hypothesis.fit, &other, v) as f32;
@@ -114,6 +118,9 @@ impl Cover {
         }
         let point = &field.points[vertex as usize];
         let distance = fit.surface.signed_distance(point).abs();
+        if let Some(ground) = field.ground_near(vertex) {
+            cost = cost.min(edge::cost(field, fit, ground, vertex));
+        }
         for &other in near.iter().filter(|&&k| k != label) {
             let other = &self.fits[other as usize];
             let past = (distance - other.surface.signed_distance(point).abs()).max(0.0)
@@ -150,6 +157,9 @@ impl Local {
             let mut best = UNEXPLAINED;
             for (i, fit) in near.iter().enumerate() {
                 best = best.min(field.cost(fit, v) as f32);
+                if let Some(ground) = field.ground_near(v) {
+                    best = best.min(edge::cost(field, fit, ground, v) as f32);
+                }
                 for other in &near[..i] {
                     best = best.min(edge::cost(field, fit, other, v) as f32);
                 }
@@ -193,7 +203,8 @@ impl Local {
                 .iter()
                 .filter(|&&k| k != self.without)
                 .map(|&k| &cover.fits[k as usize]);
-            for other in near.chain(added.iter().map(|&k| &hypotheses[k].fit)) {
+            let added = added.iter().map(|&k| &hypotheses[k].fit);
+            for other in near.chain(added).chain(field.ground_near(v)) {
                 *slot = slot.min((edge::cost(field, &hypothesis.fit, other, v) as f32).max(DEAD_ZONE));
             }
         }

@@ -2,6 +2,7 @@ use crate::fit::{Fit, Samples, Weights};
 use crate::math::{Point3, Vec3, stats};
 use crate::mesh::{Adjacency, Csr, Mesh};
 use crate::recognize::Limits;
+use crate::surface::{Plane, Surface};
 use crate::tolerance::Tolerances;
 
 use super::label::Labels;
@@ -21,6 +22,8 @@ pub struct Field<'a> {
     pub spacing: f64,
     /// Deviation of the scanner's spot, length; zero for meshes that no scanner made.
     pub blur: f64,
+    /// The table that the part stood on, its material below.
+    pub ground: Option<Fit>,
     /// Scale of costs.
     pub weights: Weights,
     /// What the scan can show.
@@ -65,6 +68,7 @@ impl<'a> Field<'a> {
         adjacency: &'a Adjacency,
         normals: &'a [Vec3],
         tolerances: &Tolerances,
+        ground: Option<Plane>,
     ) -> Self {
         let spacing = tolerances.spacing();
         let sigma = (Self::TOTAL_PER_WHITE * tolerances.noise()).max(Self::SIGMA_FLOOR * spacing);
@@ -75,6 +79,7 @@ impl<'a> Field<'a> {
             on_boundary: &adjacency.on_boundary,
             spacing,
             blur: Self::blur(tolerances),
+            ground: ground.map(|plane| Fit { surface: Surface::Plane(plane), outward: true }),
             weights: Weights {
                 distance_sigma: sigma,
                 normal_sigma: Self::NORMAL_SIGMA,
@@ -107,6 +112,12 @@ impl<'a> Field<'a> {
     /// Number of vertices.
     pub fn n_vertices(&self) -> usize {
         self.points.len()
+    }
+
+    /// The table, where the scanner has rounded the edge between it and the part.
+    pub fn ground_near(&self, vertex: u32) -> Option<&Fit> {
+        let reach = 3.0 * (self.blur + self.weights.distance_sigma);
+        self.ground.as_ref().filter(|g| g.surface.signed_distance(&self.points[vertex as usize]) < reach)
     }
 
     /// Cost of a vertex under a surface.
@@ -154,7 +165,7 @@ impl<'a> Field<'a> {
     }
 
     /// Rings between each vertex of `region` and the outside, at most `rings`; zero at the border. Holes of the scan
-    /// are no border: nothing is rounded there.
+    /// are no border, for nothing is rounded there; where the table was cut away is one.
     pub fn depths(&self, region: &[u32], rings: usize, scratch: &mut Scratch) -> Vec<u8> {
         let inside = scratch.next_mark();
         for &v in region {
@@ -162,7 +173,8 @@ impl<'a> Field<'a> {
         }
         let mut front: Vec<u32> = Vec::new();
         for &v in region {
-            if self.rings.row(v as usize).iter().any(|&u| scratch.mark[u as usize] != inside) {
+            let on_ground = self.on_boundary[v as usize] && self.ground_near(v).is_some();
+            if on_ground || self.rings.row(v as usize).iter().any(|&u| scratch.mark[u as usize] != inside) {
                 front.push(v);
             }
         }
@@ -200,9 +212,7 @@ impl<'a> Field<'a> {
         }
         let mut nearest: Vec<Option<u32>> = region
             .iter()
-            .map(|&v| {
-                self.rings.row(v as usize).iter().copied().find(|&u| scratch.mark[u as usize] != mark)
-            })
+            .map(|&v| self.rings.row(v as usize).iter().copied().find(|&u| scratch.mark[u as usize] != mark))
             .collect();
         let mut front: Vec<u32> =
             region.iter().zip(&nearest).filter(|(_, u)| u.is_some()).map(|(v, _)| *v).collect();

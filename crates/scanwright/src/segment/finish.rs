@@ -7,8 +7,8 @@ use super::bridge;
 use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::label::Labels;
-use super::{RegionId, SegmentOptions, Segmentation};
 use super::narrow::Rim;
+use super::{RegionId, SegmentOptions, Segmentation};
 use crate::fit::{Fit, Weights, parameter_covariance, refine};
 use crate::mesh::Mesh;
 use crate::par;
@@ -207,14 +207,15 @@ fn primitive(
     let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
     let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
     let rim = Rim::of_narrow(field, members, fit_of, scratch);
-    let samples = if let Some((better, sharp)) = rim.and_then(|rim| rim.refine(field, &fit, &weights, N_FINAL)) {
-        fit = better;
-        sharp.samples
-    } else {
-        let samples = field.samples(&interior, N_FINAL);
-        fit = refine(&fit, &samples, &weights, 30).unwrap_or(fit);
-        samples
-    };
+    let samples =
+        if let Some((better, sharp)) = rim.and_then(|rim| rim.refine(field, &fit, &weights, N_FINAL)) {
+            fit = better;
+            sharp.samples
+        } else {
+            let samples = field.samples(&interior, N_FINAL);
+            fit = refine(&fit, &samples, &weights, 30).unwrap_or(fit);
+            samples
+        };
     if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
         plane.normal = -plane.normal;
         fit.outward = true;

@@ -24,7 +24,7 @@ use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
 use crate::recognize::Primitive;
-use crate::surface::SurfaceKind;
+use crate::surface::{Plane, SurfaceKind};
 use crate::tolerance::Tolerances;
 
 /// Index of a region: its place in [`Segmentation::primitives`].
@@ -45,6 +45,8 @@ pub struct Segmentation {
 pub struct SegmentOptions {
     /// Faces narrower than this are given to their neighbours, length; default: what the scan can show.
     pub min_face: Option<f64>,
+    /// The table that was cut away, its normal up: the scanner rounded the edge between it and the part.
+    pub ground: Option<Plane>,
 }
 
 /// Segments a conditioned mesh.
@@ -57,7 +59,7 @@ pub fn segment(
     tolerances: &Tolerances,
     options: &SegmentOptions,
 ) -> Segmentation {
-    let mut field = Field::new(mesh, adjacency, normals, tolerances);
+    let mut field = Field::new(mesh, adjacency, normals, tolerances, options.ground);
     let mut hypotheses = Vec::new();
     let mut labels = label::Labels::none(&field);
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {

@@ -36,11 +36,16 @@ impl Rim {
     ) -> Option<Self> {
         let reach = (2.0 * field.blur / field.spacing).ceil() as usize + 1;
         let across = field.nearest_outside(members, reach, scratch);
-        let n_rim = across.iter().flatten().count();
+        let is_rim = |(v, u): (&u32, &Option<u32>)| u.is_some() || field.ground_near(*v).is_some();
+        let n_rim = members.iter().zip(&across).filter(|pair| is_rim(*pair)).count();
         if field.blur <= 0.0 || (n_rim as f64) < NARROW_SHARE * members.len() as f64 {
             return None;
         }
-        let across: Vec<Option<Fit>> = across.into_iter().map(|u| u.and_then(&fit_of)).collect();
+        let across: Vec<Option<Fit>> = members
+            .iter()
+            .zip(across)
+            .map(|(&v, u)| u.and_then(&fit_of).or_else(|| field.ground_near(v).copied()))
+            .collect();
         across.iter().any(Option::is_some).then(|| Self { members: members.to_vec(), across })
     }
 

@@ -216,7 +216,8 @@ impl Profile {
         let Some(solved) = ata.try_inverse().map(|inverse| inverse * atb) else { return f64::MAX };
         let (r0, z0) = (0.5 * solved.x, 0.5 * solved.y);
         let radius = (solved.z + r0 * r0 + z0 * z0).max(0.0).sqrt();
-        let deviations = cells.iter().map(|&(w, r, z)| w * (((r - r0).hypot(z - z0) - radius) / sigma).powi(2));
+        let deviations =
+            cells.iter().map(|&(w, r, z)| w * (((r - r0).hypot(z - z0) - radius) / sigma).powi(2));
         deviations.sum::<f64>() + PRICE_PER_FREEDOM * 3.0
     }
 
@@ -274,7 +275,12 @@ fn arc_lengths(surface: &Surface, planar: &[(f64, f64)]) -> Option<Vec<f64>> {
             let angles: Vec<f64> = planar.iter().map(|(r, z)| z.atan2(r - s.major_radius)).collect();
             let (x, y) = angles.iter().fold((0.0, 0.0), |(x, y), a| (x + a.cos(), y + a.sin()));
             let middle = f64::atan2(y, x);
-            Some(angles.iter().map(|a| (a - middle + 3.0 * PI).rem_euclid(2.0 * PI) * s.minor_radius).collect())
+            Some(
+                angles
+                    .iter()
+                    .map(|a| (a - middle + 3.0 * PI).rem_euclid(2.0 * PI) * s.minor_radius)
+                    .collect(),
+            )
         }
         Surface::Cone(s) => {
             let (sin, cos) = s.half_angle.sin_cos();
