@@ -49,7 +49,7 @@ fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
 /// Puts B-splines in place of surfaces as long as that helps: of those beside flaws each time the one that cures most.
 fn demoted(bench: &Bench, start: Attempt) -> Attempt {
     /// Faces that may be demoted.
-    const MAX_ROUNDS: usize = 8;
+    const MAX_ROUNDS: usize = 12;
     /// Regions that are tried in each round.
     const MAX_TRIALS: usize = 4;
     /// Share of the flaws beside a face that a B-spline in its place has to cure.
