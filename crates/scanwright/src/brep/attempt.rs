@@ -129,10 +129,12 @@ impl<'a> Bench<'a> {
                     .map(|problem| Flaw { patches: made.patches_of(problem), weight: self.weight(problem) }),
             );
         }
+        /// Share of the limit that splines may use: readers compare curves with them by parameter, not by distance.
+        const BY_PARAMETER: f64 = 0.5;
         let spacing = self.tolerances.spacing();
         for (p, spline) in splines.iter().enumerate() {
-            // Near the border but not at the same parameters: readers that compare by parameter see the larger gap.
-            if let Some(off) = spline.as_ref().map(|s| s.border_gap - self.limit).filter(|off| *off > 0.0) {
+            let off = spline.as_ref().map(|s| s.border_gap - BY_PARAMETER * self.limit);
+            if let Some(off) = off.filter(|off| *off > 0.0) {
                 flaws.push(Flaw { patches: vec![p], weight: off / spacing });
             }
         }
