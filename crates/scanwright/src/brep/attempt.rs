@@ -7,6 +7,8 @@ use super::freeform::Fitted;
 use super::halfedge::HalfEdges;
 use super::solid::Solid;
 use super::{LabelledMesh, labels};
+use crate::math::Vec3;
+use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
@@ -16,6 +18,8 @@ pub(super) struct Bench<'a> {
     pub half_edges: HalfEdges,
     /// Component of the mesh that each triangle belongs to, and their number.
     pub components: (Vec<u32>, usize),
+    /// One per component: whether it is no part but something that closing cut off.
+    pub scrap: Vec<bool>,
     /// One per region: as they were fitted.
     pub surfaces: Vec<Option<Surface>>,
     pub tolerances: &'a Tolerances,
@@ -57,9 +61,10 @@ impl<'a> Bench<'a> {
         const LIMIT: f64 = 8e-4;
         let half_edges = HalfEdges::new(&closed.mesh);
         let components = half_edges.components(|_| 0);
+        let scrap = scrap(&closed.mesh, &components, tolerances.spacing());
         let surfaces = closed.primitives.iter().map(|p| p.surface).collect();
         let limit = (LIMIT * closed.mesh.diagonal()).max(tolerances.gap());
-        Self { closed, half_edges, components, surfaces, tolerances, limit }
+        Self { closed, half_edges, components, scrap, surfaces, tolerances, limit }
     }
 
     /// Builds from a choice.
@@ -100,7 +105,7 @@ impl<'a> Bench<'a> {
     }
 
     fn solids(&self, draft: &Draft, splines: &[Option<Fitted>]) -> Vec<Made> {
-        solids(&Parts {
+        let mut solids = solids(&Parts {
             mesh: &self.closed.mesh,
             patches: &draft.patches,
             topology: &draft.topology,
@@ -109,7 +114,10 @@ impl<'a> Bench<'a> {
             splines,
             assumed: &self.closed.assumed,
             components: (&self.components.0, self.components.1),
-        })
+        });
+        let of = |made: &Made| self.components.0[draft.patches[made.patches[0]].triangles[0] as usize];
+        solids.retain(|made| !self.scrap[of(made) as usize]);
+        solids
     }
 
     fn flaws(&self, draft: &Draft, splines: &[Option<Fitted>], solids: &[Made]) -> Vec<Flaw> {
@@ -121,10 +129,12 @@ impl<'a> Bench<'a> {
                     .map(|problem| Flaw { patches: made.patches_of(problem), weight: self.weight(problem) }),
             );
         }
+        /// Share of the limit that splines may use: readers compare curves with them by parameter, not by distance.
+        const BY_PARAMETER: f64 = 0.5;
         let spacing = self.tolerances.spacing();
         for (p, spline) in splines.iter().enumerate() {
-            // Near the border but not at the same parameters: readers that compare by parameter see the larger gap.
-            if let Some(off) = spline.as_ref().map(|s| s.border_gap - self.limit).filter(|off| *off > 0.0) {
+            let off = spline.as_ref().map(|s| s.border_gap - BY_PARAMETER * self.limit);
+            if let Some(off) = off.filter(|off| *off > 0.0) {
                 flaws.push(Flaw { patches: vec![p], weight: off / spacing });
             }
         }
@@ -153,6 +163,21 @@ impl<'a> Bench<'a> {
             _ => 1.0,
         }
     }
+}
+
+/// Marks components that enclose next to nothing, or are inside out; never the largest.
+fn scrap(mesh: &Mesh, (component, n): &(Vec<u32>, usize), spacing: f64) -> Vec<bool> {
+    /// In cubed spacings: a body that shows a few triangles on each side.
+    const LEAST: f64 = 216.0;
+    // About a point of the mesh, so that open components far from the origin do not seem large.
+    let origin = mesh.vertices.first().map_or_else(Vec3::zeros, |v| v.coords);
+    let mut volumes = vec![0.0; *n];
+    for (t, c) in component.iter().enumerate() {
+        let [a, b, c3] = mesh.corners(t).map(|p| p.coords - origin);
+        volumes[*c as usize] += a.cross(&b).dot(&c3) / 6.0;
+    }
+    let largest = volumes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    volumes.iter().map(|v| *v < LEAST * spacing.powi(3) && *v < largest).collect()
 }
 
 /// Faces that collapse take their neighbours' corners with them; mending ends after a few rounds.

@@ -24,7 +24,7 @@ const SPAN: f64 = 5.0;
 /// Weight of a border sample against a mesh vertex: the border has to close, the inside only to be near.
 const BORDER_WEIGHT: f64 = 2000.0;
 /// Penalty on second differences of poles against one mesh vertex: only fills where no data is.
-const SMOOTHING: f64 = 1e-3;
+const SMOOTHING: f64 = 0.1;
 /// Share of the side left free around the patch, so that its border is inside the surface.
 const MARGIN: f64 = 0.05;
 
@@ -99,13 +99,15 @@ pub(super) fn fit(
     }
     let outward = same_sense(&geometry, mesh, patch);
     let mut counts = [0, 1].map(|i| ((high[i] - low[i]) / (SPAN * spacing)) as usize + POLES.0);
+    // Spans below the spacing would only bend between the points.
+    let most = [0, 1].map(|i| (((high[i] - low[i]) / spacing) as usize).clamp(POLES.0, POLES.1));
     let mut best: Option<Fitted> = None;
     loop {
-        counts = counts.map(|n| n.clamp(POLES.0, POLES.1));
+        counts = [0, 1].map(|i| counts[i].clamp(POLES.0, most[i]));
         let grid = Grid { low, high, counts, knots: counts.map(uniform_knots) };
         let (surface, border_gap) = grid.fit(&domain, &inner, &outer)?;
         let fitted = Fitted { surface, border_gap, outward };
-        let done = fitted.border_gap <= tolerance || counts == [POLES.1; 2];
+        let done = fitted.border_gap <= tolerance || counts == most;
         if best.as_ref().is_none_or(|b| fitted.border_gap < b.border_gap) {
             best = Some(fitted);
         }

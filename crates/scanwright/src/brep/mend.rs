@@ -29,14 +29,18 @@ const WORTH: f64 = 1e-3;
 /// Changes labels as long as that helps.
 fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
     /// Builds per scan: a flaw takes about three, and a scan with more than a dozen has other troubles.
-    const MAX_TRIALS: usize = 24;
+    const MAX_TRIALS: usize = 16;
     let mut best = start;
     let mut tried: Vec<Mend> = Vec::new();
     for _ in 0..MAX_TRIALS {
         if best.severity() <= 0.0 {
             break;
         }
-        let Some(mend) = relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)) else { break };
+        let all = if tried.is_empty() { joined(&false_edges(bench, &best).0) } else { None };
+        let Some(mend) = all.or_else(|| relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)))
+        else {
+            break;
+        };
         let trial = bench.attempt(applied(&best.choice, &mend));
         tried.push(mend);
         if trial.severity() < best.severity() - WORTH {
@@ -49,7 +53,7 @@ fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
 /// Puts B-splines in place of surfaces as long as that helps: of those beside flaws each time the one that cures most.
 fn demoted(bench: &Bench, start: Attempt) -> Attempt {
     /// Faces that may be demoted.
-    const MAX_ROUNDS: usize = 8;
+    const MAX_ROUNDS: usize = 12;
     /// Regions that are tried in each round.
     const MAX_TRIALS: usize = 4;
     /// Share of the flaws beside a face that a B-spline in its place has to cure.
@@ -190,7 +194,7 @@ fn harmless(bench: &Bench, mut distances: Vec<f64>) -> bool {
 }
 
 /// Edges of A|B that may not exist, because one face C passes between two wrong corners: a band round each goes to C.
-/// First those whose surfaces do not meet, all at once and each, then those whose corners are wrong.
+/// First those whose surfaces do not meet, then those whose corners are wrong.
 fn false_edges(bench: &Bench, attempt: &Attempt) -> (Vec<Mend>, Vec<Mend>) {
     /// Longest chain, in mesh edges, that may be turned between two faces that do not both touch its ends.
     const MAX_FLIP: usize = 10;
@@ -223,17 +227,19 @@ fn false_edges(bench: &Bench, attempt: &Attempt) -> (Vec<Mend>, Vec<Mend>) {
         let labels = vec![taker; triangles.len()];
         if apart { &mut sure } else { &mut doubtful }.push(Mend::Relabel { triangles, labels });
     }
-    if sure.len() > 1 {
-        let mut all = (Vec::new(), Vec::new());
-        for mend in &sure {
-            if let Mend::Relabel { triangles, labels } = mend {
-                all.0.extend(triangles);
-                all.1.extend(labels);
-            }
-        }
-        sure.insert(0, Mend::Relabel { triangles: all.0, labels: all.1 });
-    }
     (sure, doubtful)
+}
+
+/// All relabellings in one.
+fn joined(mends: &[Mend]) -> Option<Mend> {
+    let (mut triangles, mut labels) = (Vec::new(), Vec::new());
+    for mend in mends {
+        if let Mend::Relabel { triangles: t, labels: l } = mend {
+            triangles.extend(t);
+            labels.extend(l);
+        }
+    }
+    (mends.len() > 1).then_some(Mend::Relabel { triangles, labels })
 }
 
 /// Triangles of two regions within some rings of a run of vertices.

@@ -20,6 +20,8 @@ const MAX_CUTS: u32 = 3;
 const N_BINS: usize = 72;
 /// Share of the turn from which a face is cut although none of its loops winds.
 const COVERED: f64 = 0.9;
+/// In spacings: how far the border of the mesh may lie from the edge that the surfaces give.
+const GRAZE: f64 = 2.5;
 /// Half opening, radians, of the widest sphere cap that is left whole.
 const WIDEST_CAP: f64 = 75.0 * std::f64::consts::PI / 180.0;
 
@@ -64,6 +66,7 @@ pub(super) fn patches(
         key: component,
         planes: vec![Vec::new(); n],
         corners: corners(mesh, half_edges, labels),
+        spacing,
     };
     for (c, triangles) in members.iter().enumerate() {
         let label = labels[triangles[0] as usize];
@@ -84,6 +87,7 @@ struct Cutter<'a> {
     planes: Vec<Vec<Plane>>,
     /// Vertices where three or more labels meet, and where cuts already meet borders.
     corners: Vec<Point3>,
+    spacing: f64,
 }
 
 fn corners(mesh: &Mesh, half_edges: &HalfEdges, labels: &[u32]) -> Vec<Point3> {
@@ -260,6 +264,9 @@ impl Cutter<'_> {
     }
 
     /// The plane through the axis whose crossings with the border stay farthest from corners, fewest crossings first.
+    ///
+    /// Crossings are counted beside the plane too: where it only grazes the border of the mesh, it may miss the edge
+    /// that the surfaces give.
     fn best_plane(&self, border: &[u32], axis: &Axis) -> Plane {
         let frame = Frame::from_z(axis.origin, axis.direction);
         let points: Vec<(Point3, Point3)> = border
@@ -278,20 +285,21 @@ impl Cutter<'_> {
             let (sin, cos) = (std::f64::consts::PI * i as f64 / N_ANGLES as f64).sin_cos();
             let normal = UnitVec3::new_normalize(frame.x.into_inner() * cos + frame.y.into_inner() * sin);
             let plane = Plane { point: axis.origin, normal };
-            let crossings: Vec<Point3> = points
-                .iter()
-                .filter(|(a, b)| (plane.signed_distance(a) > 0.0) != (plane.signed_distance(b) > 0.0))
-                .map(|(a, _)| *a)
-                .collect();
+            let crossed = |offset: f64| {
+                let above = move |p: &Point3| plane.signed_distance(p) > offset;
+                points.iter().filter(move |(a, b)| above(a) != above(b)).map(|(a, _)| *a)
+            };
+            let graze = GRAZE * self.spacing;
+            let count = [-graze, graze].map(|offset| crossed(offset).count()).into_iter().max();
+            let crossings: Vec<Point3> = crossed(0.0).collect();
+            let count = crossings.len().max(count.unwrap_or(0));
             let clearance = crossings
                 .iter()
                 .flat_map(|p| near.iter().map(move |q| (p - **q).norm_squared()))
                 .fold(f64::INFINITY, f64::min);
-            let better = best
-                .as_ref()
-                .is_none_or(|(n, c, _)| crossings.len() < *n || (crossings.len() == *n && clearance > *c));
+            let better = best.as_ref().is_none_or(|(n, c, _)| count < *n || (count == *n && clearance > *c));
             if better {
-                best = Some((crossings.len(), clearance, plane));
+                best = Some((count, clearance, plane));
             }
         }
         best.expect("at least one angle is tried").2
