@@ -128,6 +128,9 @@ fn moved(surface: &Surface, step: &SVector<f64, 8>, pivot: &Point3) -> Option<Su
 }
 
 fn surface_is_sane(surface: &Surface) -> bool {
+    if !surface.is_finite() {
+        return false;
+    }
     match surface {
         Surface::Plane(_) => true,
         Surface::Cylinder(s) => s.radius > 0.0,

@@ -1,19 +1,16 @@
-//! The last labels: slivers dropped, leftovers given to neighbours, parameters fitted to raw interior points.
+//! The last labels: slivers dropped, leftovers given to neighbours, pieces of one surface joined.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::bridge;
 use super::field::{Field, Scratch};
-use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::label::Labels;
-use super::narrow::Rim;
 use super::{RegionId, SegmentOptions, Segmentation};
-use crate::fit::{Fit, Weights, parameter_covariance, refine};
+use super::{bridge, primitive};
+use crate::fit::Fit;
 use crate::mesh::Mesh;
 use crate::par;
-use crate::recognize::{Primitive, Residual};
-use crate::surface::Surface;
+use crate::recognize::Primitive;
 
 /// Regions of fewer vertices are given to their neighbours.
 const MIN_REGION: usize = 20;
@@ -21,10 +18,6 @@ const MIN_REGION: usize = 20;
 const FLOOD_RINGS: u32 = 5;
 /// Unexplained sets of more vertices become freeform regions.
 const MIN_FREEFORM: usize = 80;
-/// Samples of the final fit: parameters no longer gain from more, the noise being correlated.
-const N_FINAL: usize = 20_000;
-/// Vertices per independent sample of the noise.
-const VERTICES_PER_SAMPLE: f64 = 80.0;
 
 /// Turns vertex labels into regions of triangles with fitted primitives.
 pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &SegmentOptions) -> Segmentation {
@@ -35,7 +28,11 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &Segm
     regions.join(mesh, field);
     let members = regions.members();
     let primitives = par::map_indices(regions.fits.len(), |k| {
-        primitive(field, &regions, k, &members[k], &mut Scratch::new(field.n_vertices()))
+        let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
+        match regions.fits[k] {
+            Some(fit) => primitive::fitted(field, &fit, &members[k], fit_of),
+            None => primitive::freeform(),
+        }
     });
     let labels = triangle_labels(mesh, field, &regions, &primitives);
     Segmentation { labels, primitives }
@@ -178,53 +175,6 @@ impl Ord for OrderedCost {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.0.total_cmp(&other.0)
     }
-}
-
-/// The primitive of a region: its surface fitted once more, almost by distance alone, to raw interior points.
-fn primitive(
-    field: &Field,
-    regions: &Regions,
-    region: usize,
-    members: &[u32],
-    scratch: &mut Scratch,
-) -> Primitive {
-    let Some(mut fit) = regions.fits[region] else {
-        return Primitive {
-            surface: None,
-            outward: true,
-            residual: Residual::default(),
-            covariance: Vec::new(),
-            ambiguous: None,
-        };
-    };
-    /// Weight of normals in the final fit: filtered normals are biased, raw distances are not.
-    const FINAL_NORMAL_WEIGHT: f64 = 0.02;
-    /// Share of a region's vertices that its final fit rests on at least.
-    const MIN_INTERIOR_SHARE: f64 = 0.3;
-    // A few vertices in the middle of a narrow band would leave its axis free to turn.
-    let at_least = MIN_INTERIOR.max((MIN_INTERIOR_SHARE * members.len() as f64) as usize);
-    let interior = field.eroded(members, BORDER_RINGS, at_least, scratch);
-    let weights = Weights { normal_weight: FINAL_NORMAL_WEIGHT, ..field.weights };
-    let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
-    let rim = Rim::of_narrow(field, members, fit_of, scratch);
-    let samples =
-        if let Some((better, sharp)) = rim.and_then(|rim| rim.refine(field, &fit, &weights, N_FINAL)) {
-            fit = better;
-            sharp.samples
-        } else {
-            let samples = field.samples(&interior, N_FINAL);
-            fit = refine(&fit, &samples, &weights, 30).unwrap_or(fit);
-            samples
-        };
-    if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
-        plane.normal = -plane.normal;
-        fit.outward = true;
-    }
-    let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
-    let residual = Residual::from_distances(&distances);
-    let n_effective = (interior.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
-    let covariance = parameter_covariance(&fit.surface, &samples, residual.rms, n_effective);
-    Primitive { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
 }
 
 /// The label of most corners; where all three differ, the surface nearest to the triangle's centre.

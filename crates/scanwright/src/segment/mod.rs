@@ -13,6 +13,7 @@ mod finish;
 mod grow;
 mod label;
 mod narrow;
+mod primitive;
 mod refresh;
 mod select;
 mod split;

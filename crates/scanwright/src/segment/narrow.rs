@@ -15,6 +15,8 @@ const NARROW_SHARE: f64 = 0.6;
 const ROUNDS: usize = 3;
 /// Samples of a fit.
 const N_SAMPLES: usize = 200;
+/// Fewer samples say nothing about a surface of eight parameters.
+const MIN_SAMPLES: usize = 16;
 /// Steps of a fit per round.
 const STEPS: usize = 6;
 
@@ -74,6 +76,9 @@ impl Rim {
         let mut fit = *start;
         for _ in 0..ROUNDS {
             let samples = self.sharpened(field, &fit).samples.thinned(n_samples);
+            if samples.points.len() < MIN_SAMPLES {
+                return None;
+            }
             fit = refine(&fit, &samples, weights, STEPS)?;
         }
         Some((fit, self.sharpened(field, &fit)))

@@ -125,6 +125,41 @@ impl Surface {
         point - normal.into_inner() * distance
     }
 
+    /// Sum of the principal curvatures at the projection of `point`, per length: positive where the surface bends away
+    /// from its natural normal, as a sphere does.
+    pub fn curvature_sum(&self, point: &Point3) -> f64 {
+        let from_axis = |axis: &Axis| {
+            let foot = self.project(point);
+            (foot - axis.foot(&foot)).norm().max(f64::MIN_POSITIVE)
+        };
+        match self {
+            Self::Plane(_) => 0.0,
+            Self::Cylinder(s) => 1.0 / s.radius,
+            Self::Sphere(s) => 2.0 / s.radius,
+            Self::Cone(s) => s.half_angle.cos() / from_axis(&s.axis),
+            Self::Torus(s) => {
+                let radius = from_axis(&s.axis);
+                1.0 / s.minor_radius + (radius - s.major_radius) / (s.minor_radius * radius)
+            }
+        }
+    }
+
+    /// Whether every parameter is a finite number.
+    pub fn is_finite(&self) -> bool {
+        let finite = |p: &Point3, d: &UnitVec3| p.iter().chain(d.iter()).all(|x| x.is_finite());
+        match self {
+            Self::Plane(s) => finite(&s.point, &s.normal),
+            Self::Cylinder(s) => finite(&s.axis.origin, &s.axis.direction) && s.radius.is_finite(),
+            Self::Cone(s) => {
+                finite(&s.axis.origin, &s.axis.direction) && (s.radius + s.half_angle).is_finite()
+            }
+            Self::Sphere(s) => s.center.iter().all(|x| x.is_finite()) && s.radius.is_finite(),
+            Self::Torus(s) => {
+                finite(&s.axis.origin, &s.axis.direction) && (s.major_radius + s.minor_radius).is_finite()
+            }
+        }
+    }
+
     /// Axis of revolution of a cylinder, cone or torus.
     pub fn axis(&self) -> Option<Axis> {
         match self {
@@ -154,5 +189,25 @@ impl Surface {
                 minor_radius: s.minor_radius * scale,
             }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Axis;
+
+    #[test]
+    fn curvatures_are_those_of_the_offset_area() {
+        // The area of a parallel surface grows by the curvature sum: d(dA)/dn = (k1 + k2) dA.
+        let axis = Axis { origin: Point3::origin(), direction: Vec3::z_axis() };
+        let torus = Surface::Torus(crate::surface::Torus { axis, major_radius: 5.0, minor_radius: 2.0 });
+        assert!((torus.curvature_sum(&Point3::new(7.5, 0.0, 0.0)) - (1.0 / 2.0 + 1.0 / 7.0)).abs() < 1e-12);
+        assert!((torus.curvature_sum(&Point3::new(3.2, 0.0, 0.0)) - (1.0 / 2.0 - 1.0 / 3.0)).abs() < 1e-12);
+        assert!((torus.curvature_sum(&Point3::new(5.0, 0.0, 3.0)) - 0.5).abs() < 1e-12);
+        let half_angle = 0.5_f64;
+        let cone = Surface::Cone(crate::surface::Cone { axis, radius: 3.0, half_angle });
+        // One curvature along the circle: the normal section's is the cosine of the half angle over the radius.
+        assert!((cone.curvature_sum(&Point3::new(3.0, 0.0, 0.0)) - half_angle.cos() / 3.0).abs() < 1e-12);
     }
 }

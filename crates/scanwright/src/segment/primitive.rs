@@ -1,0 +1,76 @@
+//! The primitive of a finished region: its surface fitted once more, almost by distance alone, to raw points.
+
+use super::field::{Field, Scratch};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR};
+use super::narrow::Rim;
+use crate::fit::{Fit, Samples, Weights, parameter_covariance, refine};
+use crate::recognize::{Primitive, Residual};
+use crate::surface::Surface;
+
+/// Samples of the final fit: parameters no longer gain from more, the noise being correlated.
+const N_SAMPLES: usize = 20_000;
+/// Steps of the final fit.
+const STEPS: usize = 30;
+/// Vertices per independent sample of the noise.
+const VERTICES_PER_SAMPLE: f64 = 80.0;
+/// Weight of normals: filtered normals are biased, raw distances are not.
+const NORMAL_WEIGHT: f64 = 0.02;
+/// Share of a region's vertices that the fit rests on at least: a few in the middle of a narrow band would leave its
+/// axis free to turn.
+const MIN_INTERIOR_SHARE: f64 = 0.3;
+
+/// A region that no surface describes.
+pub(super) fn freeform() -> Primitive {
+    Primitive {
+        surface: None,
+        outward: true,
+        residual: Residual::default(),
+        covariance: Vec::new(),
+        ambiguous: None,
+    }
+}
+
+/// A region with a surface near `fit`. `fit_of`: the surface of each vertex of the mesh.
+pub(super) fn fitted(
+    field: &Field,
+    fit: &Fit,
+    members: &[u32],
+    fit_of: impl Fn(u32) -> Option<Fit>,
+) -> Primitive {
+    let mut scratch = Scratch::new(field.n_vertices());
+    let weights = Weights { normal_weight: NORMAL_WEIGHT, ..field.weights };
+    let at_least = MIN_INTERIOR.max((MIN_INTERIOR_SHARE * members.len() as f64) as usize);
+    let interior = field.eroded(members, BORDER_RINGS, at_least, &mut scratch);
+    let narrow = Rim::of_narrow(field, members, fit_of, &mut scratch)
+        .and_then(|rim| rim.refine(field, fit, &weights, N_SAMPLES));
+    let (fit, seen) = narrow.map_or_else(
+        || {
+            let samples = field.samples(&interior, N_SAMPLES);
+            (refine(fit, &samples, &weights, STEPS).unwrap_or(*fit), samples)
+        },
+        |(fit, rim)| (fit, rim.samples),
+    );
+    let samples = without_blur(&fit.surface, seen, field.blur);
+    let mut fit = refine(&fit, &samples, &weights, STEPS).unwrap_or(fit);
+    if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
+        plane.normal = -plane.normal;
+        fit.outward = true;
+    }
+    let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
+    let residual = Residual::from_distances(&distances);
+    let n_effective = (interior.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
+    let covariance = parameter_covariance(&fit.surface, &samples, residual.rms, n_effective);
+    Primitive { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
+}
+
+/// The samples where a scanner with no spot would have seen them. A distance field blurred by a spot of deviation `b`
+/// grows by `b^2 / 2` times its Laplacian, which on the surface is the sum of the curvatures: every round surface is
+/// seen too near to its axis or centre, by `b^2 / 2r` on cylinders and twice that on spheres, bosses and bores alike.
+fn without_blur(surface: &Surface, mut samples: Samples, blur: f64) -> Samples {
+    for point in &mut samples.points {
+        let shift = 0.5 * blur * blur * surface.curvature_sum(point);
+        // The law is the first term of a series in the blur over the radius; beyond one blur it says nothing.
+        *point += surface.normal(point).into_inner() * shift.clamp(-blur, blur);
+    }
+    samples
+}
