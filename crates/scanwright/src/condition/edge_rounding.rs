@@ -9,10 +9,12 @@
 //! At each sampled crease both sides are fitted by planes well away from it, the area between wedge and scan is
 //! summed in bins across the edge, and b is read from the crowd of sites: a fillet of radius r looks like
 //! b = 0.46 r at a square edge, so fillets can only raise a site's value and the low end of the sites is taken.
+//! Sites whose profile is nearer to an arc than to a blurred wedge are left out.
 //!
-//! Cost: a bounded number of sites. It cannot tell the spot from fillets when every edge has the same fillet; edges
-//! rounder than [`MAX_ROUNDING`] spacings are not put down to the scanner.
+//! Cost: a bounded number of sites. Where noise hides the shape of the profile it cannot tell the spot from fillets
+//! when every edge has the same fillet; edges rounder than [`MAX_ROUNDING`] spacings are not put down to the scanner.
 
+use crate::math::blur::blurred_magnitude;
 use crate::math::{Point3, Vec3, centroid, principal_axes, try_unit};
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
@@ -156,7 +158,10 @@ impl Site<'_> {
         for _ in 0..3 {
             wedge = self.refit(&near, &wedge, sign)?;
         }
-        Some(self.lost_area(&near, &wedge) / wedge.slope)
+        let profile = self.lost_profile(&near, &wedge);
+        let area: f64 = profile.windows(2).map(|w| 0.5 * (w[0].lost + w[1].lost) * (w[1].t - w[0].t)).sum();
+        let square = area / wedge.slope;
+        is_blurred_wedge(&profile, wedge.slope, square).then_some(square)
     }
 
     fn refit(&self, near: &[u32], wedge: &Wedge, sign: f64) -> Option<Wedge> {
@@ -207,8 +212,8 @@ impl Site<'_> {
         Some((center, normal.into_inner() * outward))
     }
 
-    /// Area between the wedge and the scan, across the edge.
-    fn lost_area(&self, near: &[u32], wedge: &Wedge) -> f64 {
+    /// Mean height lost under the wedge in each bin across the edge that holds a vertex.
+    fn lost_profile(&self, near: &[u32], wedge: &Wedge) -> Vec<Bin> {
         let reach = SIDE_FROM * self.spacing / (1.0 + wedge.slope * wedge.slope).sqrt();
         let width = 2.0 * reach / N_BINS as f64;
         let mut bins = [Bin::default(); N_BINS];
@@ -227,8 +232,32 @@ impl Site<'_> {
             bin.lost -= z + wedge.slope * t.abs();
             bin.n += 1.0;
         }
-        let filled: Vec<(f64, f64)> =
-            bins.iter().filter(|b| b.n > 0.0).map(|b| (b.t / b.n, b.lost / b.n)).collect();
-        filled.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
+        let filled = bins.iter().filter(|b| b.n > 0.0);
+        filled.map(|b| Bin { t: b.t / b.n, lost: b.lost / b.n, n: b.n }).collect()
     }
+}
+
+/// Whether a wedge smoothed by a spot of this squared deviation is nearer to the profile than a fillet that loses the
+/// same area.
+fn is_blurred_wedge(profile: &[Bin], slope: f64, square: f64) -> bool {
+    if square <= 0.0 {
+        return false;
+    }
+    let half_turn = slope.atan();
+    let deviation = square.sqrt();
+    // The fillet of radius r loses (tan a - a) r^2 under the wedge.
+    let radius = deviation * (slope / (slope - half_turn)).sqrt();
+    let by_spot = |t: f64| slope * (blurred_magnitude(t, deviation).0 - t.abs());
+    let by_fillet = |t: f64| {
+        let within = t.abs() < radius * half_turn.sin();
+        if within {
+            radius / half_turn.cos() - (radius * radius - t * t).sqrt() - slope * t.abs()
+        } else {
+            0.0
+        }
+    };
+    let misfit = |model: &dyn Fn(f64) -> f64| -> f64 {
+        profile.iter().map(|bin| bin.n * (bin.lost - model(bin.t)).powi(2)).sum()
+    };
+    misfit(&by_spot) < misfit(&by_fillet)
 }

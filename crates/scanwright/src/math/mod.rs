@@ -2,6 +2,7 @@
 //!
 //! Everything is `f64`; nalgebra's generics stay behind these aliases.
 
+pub mod blur;
 mod frame;
 pub mod least_squares;
 pub mod stats;

@@ -8,6 +8,7 @@
 
 use super::field::Field;
 use crate::fit::Fit;
+use crate::math::blur::blurred_magnitude;
 use crate::math::{Point3, Vec3};
 
 /// A blurred edge at one point.
@@ -38,14 +39,6 @@ fn blurred(a: &Fit, b: &Fit, blur: f64, point: &Point3) -> [Blurred; 2] {
             first: (da, na),
         }
     })
-}
-
-/// `E|t + tau x|` for a standard normal x, and its derivative by t.
-fn blurred_magnitude(t: f64, tau: f64) -> (f64, f64) {
-    let tau = tau.max(f64::MIN_POSITIVE);
-    let erf = erf(t / (tau * std::f64::consts::SQRT_2));
-    let magnitude = tau * (2.0 / std::f64::consts::PI).sqrt() * (-t * t / (2.0 * tau * tau)).exp() + t * erf;
-    (magnitude, erf)
 }
 
 /// `max(a, b)` blurred; `tau`: the deviation of `a - b`.
@@ -93,15 +86,6 @@ pub(super) fn sharpen(field: &Field, a: &Fit, b: &Fit, vertex: u32) -> Sharpened
         cost,
         sensitivity: edge.sensitivity,
     }
-}
-
-/// Error function, within 1.5e-7: M. Abramowitz, I. Stegun, "Handbook of Mathematical Functions" (1964), 7.1.26.
-fn erf(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
-    let polynomial = t
-        * (0.254_829_592
-            + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
-    (1.0 - polynomial * (-x * x).exp()).copysign(x)
 }
 
 #[cfg(test)]

@@ -96,11 +96,15 @@ impl<'a> Field<'a> {
     }
 
     /// Where no edge was sharp enough to measure the spot, a scan that has noise is taken to have a spot of its own
-    /// spacing: scanners are built so.
+    /// spacing, of half of that where the noise is low: scanners are built so.
     fn blur(tolerances: &Tolerances) -> f64 {
-        let measured = tolerances.edge_rounding();
-        let is_scan = tolerances.noise() > 0.02 * tolerances.spacing();
-        if measured <= 0.0 && is_scan { tolerances.spacing() } else { measured }
+        let (measured, spacing) = (tolerances.edge_rounding(), tolerances.spacing());
+        let noise_per_spacing = tolerances.noise() / spacing;
+        match () {
+            () if measured > 0.0 || noise_per_spacing < 0.01 => measured,
+            () if noise_per_spacing < 0.05 => 0.5 * spacing,
+            () => spacing,
+        }
     }
 
     /// Tilt that neither filtered noise nor a rounded border feigns: noise over two spacings, not below what the
