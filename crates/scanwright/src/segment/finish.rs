@@ -14,6 +14,8 @@ use crate::recognize::Primitive;
 
 /// Regions of fewer vertices are given to their neighbours.
 const MIN_REGION: usize = 20;
+/// Share of a region's vertices that do not touch another: a strip of three rows has a third, one of two has none.
+const MIN_INSIDE_SHARE: f64 = 0.25;
 /// Rings over which leftovers are given to a neighbour: the rounding of an edge, twice.
 const FLOOD_RINGS: u32 = 5;
 /// Unexplained sets of more vertices become freeform regions.
@@ -51,12 +53,15 @@ impl Regions {
     fn from_labels(field: &Field, labels: &Labels, options: &SegmentOptions) -> Self {
         let mut scratch = Scratch::new(field.n_vertices());
         let mut regions = Self { of_vertex: vec![None; field.n_vertices()], fits: Vec::new() };
-        // A face must be two rings deep, or half as wide as the user's smallest face.
-        let min_depth =
-            options.min_face.map_or(2.0, |width| (0.5 * width / field.spacing).max(1.0)).min(200.0) as usize;
+        let min_depth = options.min_face.map(|width| (0.5 * width / field.spacing).clamp(1.0, 200.0) as usize);
         for (label, members) in labels.components(field) {
-            let deepest = field.depths(&members, min_depth, &mut scratch).into_iter().max().unwrap_or(0);
-            if members.len() < MIN_REGION || usize::from(deepest) < min_depth {
+            let depths = field.depths(&members, min_depth.unwrap_or(2), &mut scratch);
+            let n_inside = depths.iter().filter(|d| usize::from(**d) >= min_depth.unwrap_or(1)).count();
+            let wide = match min_depth {
+                Some(_) => n_inside > 0,
+                None => n_inside as f64 > MIN_INSIDE_SHARE * members.len() as f64,
+            };
+            if members.len() < MIN_REGION || !wide {
                 continue;
             }
             for &v in &members {
