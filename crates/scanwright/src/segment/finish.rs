@@ -53,7 +53,8 @@ impl Regions {
     fn from_labels(field: &Field, labels: &Labels, options: &SegmentOptions) -> Self {
         let mut scratch = Scratch::new(field.n_vertices());
         let mut regions = Self { of_vertex: vec![None; field.n_vertices()], fits: Vec::new() };
-        let min_depth = options.min_face.map(|width| (0.5 * width / field.spacing).clamp(1.0, 200.0) as usize);
+        let min_depth =
+            options.min_face.map(|width| (0.5 * width / field.spacing).clamp(1.0, 200.0) as usize);
         for (label, members) in labels.components(field) {
             let depths = field.depths(&members, min_depth.unwrap_or(2), &mut scratch);
             let n_inside = depths.iter().filter(|d| usize::from(**d) >= min_depth.unwrap_or(1)).count();

@@ -224,7 +224,7 @@ impl Profile {
     /// Number of independent samples in a cell, and its mean radius and height.
     fn mean(&self, cell: usize) -> Option<(f64, f64, f64)> {
         let [n, r, z, ..] = self.before[cell + 1].plus(self.before[cell], -1.0).0;
-        (n > 0.0).then(|| ((n / VERTICES_PER_SAMPLE).max(1.0), r / n, z / n))
+        (n > 0.0).then(|| (n / VERTICES_PER_SAMPLE, r / n, z / n))
     }
 
     /// Whether the profile runs with (1) or against (-1) a direction from one cell to a later one.
