@@ -59,10 +59,10 @@ pub struct ConvertArgs {
     /// Largest gap the solid may have, in the scan's unit [default: far below what the scan can show]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub tolerance: Option<f64>,
-    /// Fallbacks that count as success: a list of open, freeform, facets
+    /// Fallbacks that count as success: a list of open, freeform
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,
-    /// Write nothing rather than fall back on an open shell, a freeform face or facets
+    /// Write nothing rather than fall back on an open shell or a freeform face
     #[arg(long)]
     pub strict: bool,
     /// Flavour of STEP
@@ -140,8 +140,6 @@ pub enum FallbackFlag {
     Open,
     /// A face without an analytic surface
     Freeform,
-    /// A face made of flat triangles
-    Facets,
 }
 
 /// `--schema`.

@@ -165,9 +165,6 @@ fn solid_lines(result: &Reconstruction, unit: &str) -> Vec<String> {
         if solid.n_assumed > 0 {
             let _ = write!(text, ", {} assumed", solid.n_assumed);
         }
-        if solid.n_facets > 0 {
-            let _ = write!(text, ", {} as facets", solid.n_facets);
-        }
         if solid.closed {
             let _ = write!(text, ", volume {} {unit}3", short(solid.volume));
         }
@@ -217,7 +214,7 @@ fn word(code: Code) -> &'static str {
     match code {
         Code::AmbiguousType => "weak",
         Code::AssumedFace => "assumed",
-        Code::Freeform | Code::Facets => "fallback",
+        Code::Freeform => "fallback",
         Code::Open | Code::Invalid | Code::Gap => "problem",
         _ => "note",
     }

@@ -150,8 +150,6 @@ pub struct SolidFacts {
     pub n_vertices: usize,
     /// Faces invented where the scan saw nothing.
     pub n_assumed: usize,
-    /// Faces written as facets.
-    pub n_facets: usize,
     /// Volume, cubed length.
     pub volume: f64,
     /// Largest gap between a vertex or edge and its surfaces, length.

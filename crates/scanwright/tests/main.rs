@@ -12,5 +12,6 @@ mod picture;
 mod readers;
 mod scanned;
 mod scans;
+mod segmentation;
 mod step;
 mod untidy;

@@ -127,3 +127,25 @@ pub fn blend(a: f64, b: f64, reach: f64) -> f64 {
     let h = (reach - (a - b).abs()).max(0.0) / reach;
     a.min(b) - 0.25 * h * h * reach
 }
+
+/// `distance` blurred by a Gaussian spot. Exact for fields of second degree, within 6 % of a kink's rounding; outside
+/// three spots and `reach` of the surface the distance as it is, which no vertex sees.
+pub fn blurred(distance: impl Fn(&Point3) -> f64, spot: f64, reach: f64) -> impl Fn(&Point3) -> f64 {
+    // Medians of the sixths of a normal distribution, scaled to unit variance.
+    const NODES: [f64; 6] = [-1.5424, -0.7522, -0.2347, 0.2347, 0.7522, 1.5424];
+    move |p| {
+        let sharp = distance(p);
+        if sharp.abs() > 3.0 * spot + reach {
+            return sharp;
+        }
+        let mut sum = 0.0;
+        for x in NODES {
+            for y in NODES {
+                for z in NODES {
+                    sum += distance(&(p + Vec3::new(x, y, z) * spot));
+                }
+            }
+        }
+        sum / 216.0
+    }
+}

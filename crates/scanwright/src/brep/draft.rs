@@ -1,5 +1,7 @@
 //! All geometry of one labelling, and what can be told from it.
 
+use std::collections::BTreeMap;
+
 use super::assemble::{ChainEdge, chain_edges};
 use super::chains::{Topology, trace};
 use super::freeform::{self, Fitted};
@@ -210,10 +212,25 @@ impl Draft {
         })
     }
 
+    /// What is wrong with corners, edges and the shell; of the edges between two regions, and of the corners of the
+    /// same regions, the worst only.
     pub(super) fn report(&self, issues: &mut Vec<Issue>, tolerances: &Tolerances) {
+        self.report_corners(issues, tolerances);
+        self.report_edges(issues, tolerances);
+        if self.topology.chains.iter().any(|c| c.right.is_none()) {
+            issues.push(Issue::new(
+                IssueCode::OpenShell,
+                None,
+                "the mesh has holes: the shell is open".into(),
+            ));
+        }
+    }
+
+    fn report_corners(&self, issues: &mut Vec<Issue>, tolerances: &Tolerances) {
         /// In spacings: a corner farther from its surfaces than this is wrong topology or a weak surface.
         const CORNER_RESIDUAL: f64 = 0.3;
         let spacing = tolerances.spacing();
+        let mut worst: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
         for (c, corner) in self.corners.corners.iter().enumerate() {
             if corner.residual <= CORNER_RESIDUAL * spacing {
                 continue;
@@ -227,6 +244,13 @@ impl Draft {
                 .collect();
             regions.sort_unstable();
             regions.dedup();
+            let at = worst.entry(regions).or_insert(c);
+            if corner.residual > self.corners.corners[*at].residual {
+                *at = c;
+            }
+        }
+        for (regions, c) in worst {
+            let corner = &self.corners.corners[c];
             let (off, moved) = (corner.residual / spacing, corner.moved / spacing);
             let text = format!(
                 "the corner of regions {regions:?} at {:.3?} lies off their surfaces by {off:.2} spacings (moved {moved:.1})",
@@ -234,27 +258,27 @@ impl Draft {
             );
             issues.push(Issue::new(IssueCode::CornerOff, regions.first().map(|r| RegionId(*r)), text));
         }
+    }
+
+    fn report_edges(&self, issues: &mut Vec<Issue>, tolerances: &Tolerances) {
+        let mut worst: BTreeMap<(u32, Option<u32>), f64> = BTreeMap::new();
         for (chain, edge) in self.topology.chains.iter().zip(&self.edges) {
             let Some(edge) = edge else { continue };
             if edge.gap > tolerances.gap() {
-                let region = RegionId(self.patches[chain.left as usize].region);
-                let other = chain.right.map_or("nothing".to_owned(), |p| {
-                    format!("primitive {}", self.patches[p as usize].region)
-                });
-                let text = format!(
-                    "its edge with {other} lies off its surfaces by {:.3e}, more than {:.3e}",
-                    edge.gap,
-                    tolerances.gap()
-                );
-                issues.push(Issue::new(IssueCode::GapLarge, Some(region), text));
+                let left = self.patches[chain.left as usize].region;
+                let right = chain.right.map(|p| self.patches[p as usize].region);
+                let pair = right.map_or((left, None), |right| (left.min(right), Some(left.max(right))));
+                let gap = worst.entry(pair).or_insert(edge.gap);
+                *gap = gap.max(edge.gap);
             }
         }
-        if self.topology.chains.iter().any(|c| c.right.is_none()) {
-            issues.push(Issue::new(
-                IssueCode::OpenShell,
-                None,
-                "the mesh has holes: the shell is open".into(),
-            ));
+        for ((region, other), gap) in worst {
+            let other = other.map_or("nothing".to_owned(), |region| format!("primitive {region}"));
+            let text = format!(
+                "its edge with {other} lies off its surfaces by {gap:.3e}, more than {:.3e}",
+                tolerances.gap()
+            );
+            issues.push(Issue::new(IssueCode::GapLarge, Some(RegionId(region)), text));
         }
     }
 }

@@ -88,10 +88,6 @@ pub enum IssueCode {
     GapLarge,
     /// A face became a B-spline.
     Freeform,
-    /// A face became facets.
-    Facets,
-    /// A solid failed its own check.
-    Invalid,
 }
 
 impl IssueCode {
@@ -104,8 +100,6 @@ impl IssueCode {
             Self::CornerOff => "corner-off",
             Self::GapLarge => "gap-large",
             Self::Freeform => "freeform",
-            Self::Facets => "facets",
-            Self::Invalid => "invalid",
         }
     }
 }

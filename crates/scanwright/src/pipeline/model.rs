@@ -1,12 +1,10 @@
 //! From regions to solids: closing, building, checking, and triangles for pictures and distances.
 
-use std::collections::BTreeSet;
-
 use crate::brep::close::{self, Closed};
-use crate::brep::{self, Built, IssueCode, Solid};
+use crate::brep::{self, Built, Solid};
 use crate::condition::Support;
 use crate::mesh::Mesh;
-use crate::segment::{RegionId, Segmentation};
+use crate::segment::Segmentation;
 use crate::tolerance::Tolerances;
 
 use super::{Code, Model, SolidFacts, Warning, warning};
@@ -20,15 +18,10 @@ pub(super) fn build(
 ) -> (Model, Vec<Warning>) {
     let Closed { labelled, open, assumed_faces, .. } = close::close(mesh, segmentation, support, tolerances);
     let Built { solids, issues } = brep::build(&labelled, tolerances);
-    let facets: BTreeSet<RegionId> = issues
-        .iter()
-        .filter(|issue| issue.code == IssueCode::Facets)
-        .filter_map(|issue| issue.region)
-        .collect();
 
     let mut model = Model { primitives: labelled.primitives, ..Model::default() };
     let mut warnings = warning::of_closing(&assumed_faces, &open);
-    warnings.extend(issues.iter().filter_map(warning::of_issue));
+    warnings.extend(issues.iter().map(warning::of_issue));
     for solid in solids {
         let problems = brep::check(&solid, solid.gap.max(tolerances.gap()));
         let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
@@ -37,7 +30,7 @@ pub(super) fn build(
             let text = format!("solid {}: {}", model.solids.len() + 1, problems.join("; "));
             warnings.push(Warning::new(Code::Invalid, text));
         }
-        model.facts.push(facts(&solid, &facets, volume, problems));
+        model.facts.push(facts(&solid, volume, problems));
         model.solids.push(solid);
     }
     if model.solids.is_empty() {
@@ -46,14 +39,13 @@ pub(super) fn build(
     (model, warnings)
 }
 
-fn facts(solid: &Solid, facets: &BTreeSet<RegionId>, volume: f64, problems: Vec<String>) -> SolidFacts {
+fn facts(solid: &Solid, volume: f64, problems: Vec<String>) -> SolidFacts {
     SolidFacts {
         closed: solid.is_closed(),
         n_faces: solid.faces.len(),
         n_edges: solid.edges.len(),
         n_vertices: solid.vertices.len(),
         n_assumed: solid.faces.iter().filter(|face| face.assumed).count(),
-        n_facets: solid.faces.iter().filter(|face| facets.contains(&face.region)).count(),
         volume,
         largest_gap: solid.gap,
         problems,

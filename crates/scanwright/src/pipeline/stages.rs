@@ -74,7 +74,7 @@ pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> 
     Segmentation { labels, primitives: segmentation.primitives.clone() }
 }
 
+/// Regularization holds nothing yet: primitives pass as they were fitted.
 pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
-    // TODO(integrator): regularize::regularize(..) -> (primitives, constraints).
     segmentation
 }

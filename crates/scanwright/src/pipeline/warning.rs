@@ -32,9 +32,6 @@ pub enum Code {
     /// An edge or corner lies off its surfaces by more than the tolerance.
     #[serde(rename = "W_GAP")]
     Gap,
-    /// A face was written as facets.
-    #[serde(rename = "W_FACETS")]
-    Facets,
     /// A solid could not be closed.
     #[serde(rename = "W_OPEN")]
     Open,
@@ -48,7 +45,7 @@ pub enum Code {
 
 impl Code {
     /// All codes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 11] = [
         Self::UnitsAssumed,
         Self::SupportRemoved,
         Self::AmbiguousType,
@@ -57,7 +54,6 @@ impl Code {
         Self::AssumedFace,
         Self::FaceDropped,
         Self::Gap,
-        Self::Facets,
         Self::Open,
         Self::Invalid,
         Self::NoSolid,
@@ -74,7 +70,6 @@ impl Code {
             Self::AssumedFace => "W_ASSUMED_FACE",
             Self::FaceDropped => "W_FACE_DROPPED",
             Self::Gap => "W_GAP",
-            Self::Facets => "W_FACETS",
             Self::Open => "W_OPEN",
             Self::Invalid => "W_INVALID",
             Self::NoSolid => "W_NO_SOLID",
@@ -85,7 +80,6 @@ impl Code {
     pub fn fallback(self) -> Option<Fallback> {
         match self {
             Self::Freeform => Some(Fallback::Freeform),
-            Self::Facets => Some(Fallback::Facets),
             Self::Open | Self::Invalid | Self::NoSolid => Some(Fallback::Open),
             Self::UnitsAssumed
             | Self::SupportRemoved
@@ -106,8 +100,6 @@ pub enum Fallback {
     Open,
     /// A face without an analytic surface.
     Freeform,
-    /// A face made of flat triangles.
-    Facets,
 }
 
 impl Fallback {
@@ -116,7 +108,6 @@ impl Fallback {
         match self {
             Self::Open => "open",
             Self::Freeform => "freeform",
-            Self::Facets => "facets",
         }
     }
 }
@@ -208,17 +199,15 @@ pub(super) fn of_closing(assumed: &[AssumedFace], open: &[OpenHole]) -> Vec<Warn
 }
 
 /// What could not be built as asked. Failed checks are reported with the solid that failed them.
-pub(super) fn of_issue(issue: &Issue) -> Option<Warning> {
+pub(super) fn of_issue(issue: &Issue) -> Warning {
     let code = match issue.code {
         IssueCode::Empty => Code::NoSolid,
         IssueCode::OpenShell => Code::Open,
         IssueCode::FaceDropped => Code::FaceDropped,
         IssueCode::CornerOff | IssueCode::GapLarge => Code::Gap,
         IssueCode::Freeform => Code::Freeform,
-        IssueCode::Facets => Code::Facets,
-        IssueCode::Invalid => return None,
     };
-    Some(Warning { code, region: issue.region, text: issue.message.clone() })
+    Warning { code, region: issue.region, text: issue.message.clone() }
 }
 
 /// Both lists after each other; of two warnings about one region and code only the later, which knows more.

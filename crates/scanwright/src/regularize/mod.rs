@@ -1,1 +1,2 @@
-//! Relations between primitives: found, and enforced where the evidence allows.
+//! The place of relations between primitives: parallel, coaxial, equal. It holds nothing yet; primitives pass through
+//! the pipeline as they were fitted.
