@@ -10,9 +10,9 @@ use crate::surface::Surface;
 /// Angle, radians, between the surfaces at a chain below which they may be tangent.
 const MAYBE_TANGENT: f64 = 30.0 * std::f64::consts::PI / 180.0;
 /// Angle, radians, that may be left at the contact for the pair to count as tangent.
-const TANGENT: f64 = 6.0 * std::f64::consts::PI / 180.0;
+pub(super) const TANGENT: f64 = 6.0 * std::f64::consts::PI / 180.0;
 /// Residual, in spacings, that the contact of a tangent pair may have.
-const TANGENT_RESIDUAL: f64 = 0.4;
+pub(super) const TANGENT_RESIDUAL: f64 = 0.4;
 /// Move, in spacings, from the mesh chain to the contact.
 const TANGENT_MOVE: f64 = 2.5;
 /// Farthest, in spacings, that a corner may move from the mesh.

@@ -26,6 +26,15 @@ pub(super) enum Field {
 }
 
 impl Field {
+    /// Value, a length.
+    pub(super) fn value(&self, point: &Point3) -> f64 {
+        match self {
+            Self::Surface(surface) => surface.signed_distance(point),
+            Self::Plane(plane) => plane.signed_distance(point),
+            Self::Contact { pair, spine, scale } => contact(pair, spine, point) * scale,
+        }
+    }
+
     /// Value, a length, and gradient.
     fn value_and_gradient(&self, point: &Point3) -> (f64, Vec3) {
         match self {
@@ -34,17 +43,16 @@ impl Field {
                 (distance, normal.into_inner())
             }
             Self::Plane(plane) => (plane.signed_distance(point), plane.normal.into_inner()),
-            Self::Contact { pair, spine, scale } => {
+            Self::Contact { scale, .. } => {
                 /// Step of the central difference as a share of the scale: cube root of the rounding unit.
                 const DIFFERENCE: f64 = 6e-6;
-                let value = |p: &Point3| contact(pair, spine, p) * scale;
                 let step = DIFFERENCE * scale;
                 let gradient = Vec3::from_fn(|i, _| {
                     let mut offset = Vec3::zeros();
                     offset[i] = step;
-                    (value(&(point + offset)) - value(&(point - offset))) / (2.0 * step)
+                    (self.value(&(point + offset)) - self.value(&(point - offset))) / (2.0 * step)
                 });
-                (value(point), gradient)
+                (self.value(point), gradient)
             }
         }
     }

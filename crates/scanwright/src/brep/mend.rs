@@ -7,6 +7,7 @@
 
 use super::attempt::{Attempt, Bench, Choice};
 use super::halfedge::HalfEdges;
+use super::straighten;
 use crate::surface::Surface;
 
 /// A change that may mend a flaw.
@@ -36,7 +37,11 @@ fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
         if best.severity() <= 0.0 {
             break;
         }
-        let all = if tried.is_empty() { joined(&false_edges(bench, &best).0) } else { None };
+        let all = match tried.len() {
+            0 => joined(&straightenings(bench, &best)),
+            1 => joined(&false_edges(bench, &best).0),
+            _ => None,
+        };
         let Some(mend) = all.or_else(|| relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)))
         else {
             break;
@@ -121,6 +126,7 @@ fn applied(choice: &Choice, mend: &Mend) -> Choice {
 /// Changes of labels that may mend the flaws of an attempt, the surest first, then the least.
 fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let (sure, mut mends) = false_edges(bench, attempt);
+    let sure = straightenings(bench, attempt).into_iter().chain(sure);
     let mut patches: Vec<usize> = attempt.flaws.iter().flat_map(|f| f.patches.iter().copied()).collect();
     patches.sort_unstable();
     patches.dedup();
@@ -134,7 +140,22 @@ fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         mends.extend(giving_away(bench, attempt, &group));
     }
     mends.sort_by_key(|m| if let Mend::Relabel { triangles, .. } = m { triangles.len() } else { 0 });
-    sure.into_iter().chain(mends).collect()
+    sure.chain(mends).collect()
+}
+
+/// The borders beside flaws whose surfaces touch, each moved to where they touch.
+fn straightenings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    let flawed = |pair: &[u32; 2]| {
+        attempt
+            .flaws
+            .iter()
+            .any(|f| pair.iter().all(|r| f.patches.iter().any(|p| attempt.draft.patches[*p].region == *r)))
+    };
+    straighten::straightenings(bench, &attempt.choice.labels, &attempt.choice.demoted)
+        .into_iter()
+        .filter(|(pair, _)| flawed(pair))
+        .map(|(_, (triangles, labels))| Mend::Relabel { triangles, labels })
+        .collect()
 }
 
 /// Ways to do without the patches of one face: every triangle to the nearest of the neighbours, or all to one.

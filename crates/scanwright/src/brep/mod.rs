@@ -19,6 +19,7 @@ mod mend;
 mod settle;
 mod solid;
 mod split;
+mod straighten;
 mod tessellate;
 
 pub use build::build;
