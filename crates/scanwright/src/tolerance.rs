@@ -16,7 +16,7 @@ pub struct Measured {
     pub noise: f64,
     /// Per-axis standard deviation of triangle normals, radians.
     pub normal_noise: f64,
-    /// Standard deviation of the scanner's spot, read from the rounding of sharp edges, length; zero if unknown.
+    /// Standard deviation of the scanner's spot, read from the rounding of sharp edges, length; zero only if unknown.
     pub edge_rounding: f64,
 }
 

@@ -6,6 +6,7 @@ use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::tolerance::Tolerances;
 
 use crate::scanned::{blend, box_distance, scan, with_noise};
+use crate::scans;
 
 #[test]
 fn planted_noise_is_measured_within_a_few_percent() {
@@ -58,6 +59,14 @@ fn measures_follow_scale_and_shift() {
             assert!((a - b).abs() <= 1e-6 * a, "{first:?} {second:?}");
         }
     }
+}
+
+#[test]
+fn sharp_edges_show_that_there_is_no_spot() {
+    // Zero would mean that nothing is known, and segmentation would take a spacing for the spot.
+    let block = scans::block([24.0, 18.0, 12.0], 1.2);
+    let measured = measured(&block);
+    assert!(measured.edge_rounding > 0.0 && measured.edge_rounding < 0.2 * measured.spacing, "{measured:?}");
 }
 
 #[test]

@@ -60,8 +60,10 @@ const CROWD_SHARE: f64 = 0.08;
 /// What meshing adds to the squared rounding, in squared spacings: triangles cut across an edge, and the field they
 /// were drawn from is interpolated between its samples. Measured on simulated scans of known spot: 0.09 to 0.17.
 const MESHING_SHARE: f64 = 0.12;
+/// Smallest rounding, in spacings, that is told from none: the spread of [`MESHING_SHARE`] allows no less.
+const SHARPEST: f64 = 0.1;
 
-/// Standard deviation of the scanner's spot; zero when too few edges show it.
+/// Standard deviation of the scanner's spot; zero when too few edges show it, [`SHARPEST`] when edges are sharp.
 pub(super) fn edge_rounding(
     mesh: &Mesh,
     adjacency: &Adjacency,
@@ -71,8 +73,12 @@ pub(super) fn edge_rounding(
     noise: f64,
 ) -> f64 {
     let squares = site_squares(mesh, adjacency, normals, patches, spacing, noise);
-    let Some(square) = lowest_crowd(squares) else { return 0.0 };
-    let rounding = (square - MESHING_SHARE * spacing * spacing).max(0.0).sqrt();
+    let meshing = MESHING_SHARE * spacing * spacing;
+    let n_sharp = squares.iter().filter(|s| **s <= meshing).count();
+    // Edges as sharp as meshing leaves them show that there is no spot; no edge at all shows nothing.
+    let sharpest = if n_sharp >= MIN_SITES { SHARPEST * spacing } else { 0.0 };
+    let Some(square) = lowest_crowd(squares) else { return sharpest };
+    let rounding = (square - meshing).max(0.0).sqrt().max(sharpest);
     if rounding <= MAX_ROUNDING * spacing { rounding } else { 0.0 }
 }
 

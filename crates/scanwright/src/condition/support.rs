@@ -58,6 +58,8 @@ const SKIRT_COSINE: f64 = 0.707;
 /// Height of the middle of the skirt in deviations of the spot: blur draws a square concave corner in by
 /// `b / sqrt(pi)` on each side.
 const SKIRT_SPOTS: f64 = 0.564;
+/// Rounding of edges, in spacings, below which they say nothing about the skirt.
+const SHARP_EDGE: f64 = 0.2;
 /// Spot in spacings when no sharp edge showed it.
 const UNKNOWN_SPOT: f64 = 1.0;
 /// Rings over which normals are averaged before tilt is judged: noise of triangle normals reaches 0.3 radians.
@@ -220,7 +222,8 @@ fn table_triangles(
 ) -> Vec<bool> {
     let heights: Vec<f64> = mesh.vertices.iter().map(|p| plane.signed_distance(p)).collect();
     let noise = TABLE_SIGMAS * scatter.max(tolerances.noise());
-    let spot = if tolerances.edge_rounding() > 0.0 {
+    // Fusion joins part and table by about a spacing even where it leaves edges sharp.
+    let spot = if tolerances.edge_rounding() > SHARP_EDGE * tolerances.spacing() {
         tolerances.edge_rounding()
     } else {
         UNKNOWN_SPOT * tolerances.spacing()
