@@ -33,7 +33,7 @@ fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
     /// Builds per scan: a flaw takes about three, and those that lie apart are mended together.
     const MAX_TRIALS: usize = 16;
     let mut best = start;
-    for sure in [straightenings, sure_false_edges] {
+    for sure in [straightenings, sure_false_edges, misplaced] {
         if let Some(all) = joined(&sure(bench, &best)).filter(|_| best.severity() > 0.0) {
             let trial = bench.attempt(applied(&best.choice, &all));
             if trial.severity() < best.severity() - WORTH {
@@ -156,7 +156,7 @@ pub(super) fn applied(choice: &Choice, mend: &Mend) -> Choice {
 /// Changes of labels that may mend the flaws of an attempt, the surest first, then the least.
 fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let (sure, mut mends) = false_edges(bench, attempt);
-    let sure = straightenings(bench, attempt).into_iter().chain(sure);
+    let sure = straightenings(bench, attempt).into_iter().chain(sure).chain(misplaced(bench, attempt));
     let mut patches: Vec<usize> = attempt.flaws.iter().flat_map(|f| f.patches.iter().copied()).collect();
     patches.sort_unstable();
     patches.dedup();
@@ -244,6 +244,52 @@ fn harmless(bench: &Bench, mut distances: Vec<f64>) -> bool {
         .is_none_or(|d| d <= ROUNDED * bench.tolerances.spacing())
 }
 
+/// Triangles that lie off the surface of their own region, beside a flaw, and nearer to that of a neighbour: what the
+/// scan shows of a table through a bore, or of a wall beyond a worn edge.
+fn misplaced(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    /// In spacings: farther than the rounding of an edge.
+    const OFF: f64 = 1.2;
+    /// Share of that distance within which the other surface must be.
+    const NEARER: f64 = 0.5;
+    let labels = &attempt.choice.labels;
+    let mut regions: Vec<u32> =
+        attempt.flaws.iter().flat_map(|f| &f.patches).map(|p| attempt.draft.patches[*p].region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let mut mends = Vec::new();
+    for region in regions {
+        let Some(own) = bench.surfaces[region as usize] else { continue };
+        let members: Vec<u32> = (0..labels.len() as u32).filter(|t| labels[*t as usize] == region).collect();
+        let mut beside: Vec<u32> = members
+            .iter()
+            .flat_map(|t| bench.half_edges.neighbours(*t as usize))
+            .flatten()
+            .map(|u| labels[u])
+            .filter(|l| *l != region)
+            .collect();
+        beside.sort_unstable();
+        beside.dedup();
+        let beside: Vec<(u32, Surface)> =
+            beside.into_iter().filter_map(|r| bench.surfaces[r as usize].map(|s| (r, s))).collect();
+        let (mut triangles, mut given) = (Vec::new(), Vec::new());
+        for t in members {
+            let center = bench.closed.mesh.triangle_center(t as usize);
+            let off = own.signed_distance(&center).abs();
+            let away = |s: &Surface| s.signed_distance(&center).abs();
+            let nearest = beside.iter().min_by(|x, y| away(&x.1).total_cmp(&away(&y.1)));
+            let Some((other, surface)) = nearest else { continue };
+            if off > OFF * bench.tolerances.spacing() && away(surface) < NEARER * off {
+                triangles.push(t);
+                given.push(*other);
+            }
+        }
+        if !triangles.is_empty() {
+            mends.push(Mend::Relabel { triangles, labels: given });
+        }
+    }
+    mends
+}
+
 /// Edges whose surfaces do not meet, given away.
 fn sure_false_edges(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     false_edges(bench, attempt).0
@@ -295,7 +341,7 @@ fn joined(mends: &[Mend]) -> Option<Mend> {
             labels.extend(l);
         }
     }
-    (mends.len() > 1).then_some(Mend::Relabel { triangles, labels })
+    (!triangles.is_empty()).then_some(Mend::Relabel { triangles, labels })
 }
 
 /// Triangles of two regions within some rings of a run of vertices.
