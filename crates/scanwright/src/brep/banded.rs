@@ -37,9 +37,8 @@ impl Banded {
         for i in 0..n {
             for j in i.saturating_sub(width)..i {
                 let entry = self.entries[self.place(i, j)];
-                for k in 0..3 {
-                    right[i][k] -= entry * right[j][k];
-                }
+                let known = right[j];
+                right[i].iter_mut().zip(known).for_each(|(v, x)| *v -= entry * x);
             }
             right[i] = right[i].map(|v| v / self.entries[self.place(i, i)]);
         }
@@ -47,9 +46,8 @@ impl Banded {
             right[i] = right[i].map(|v| v / self.entries[self.place(i, i)]);
             for j in i.saturating_sub(width)..i {
                 let entry = self.entries[self.place(i, j)];
-                for k in 0..3 {
-                    right[j][k] -= entry * right[i][k];
-                }
+                let known = right[i];
+                right[j].iter_mut().zip(known).for_each(|(v, x)| *v -= entry * x);
             }
         }
         Some(right)
@@ -68,7 +66,7 @@ impl Banded {
                 let place = self.place(i, j);
                 let value = self.entries[place] - dot;
                 self.entries[place] = if i == j {
-                    if !(value > 0.0) {
+                    if value.is_nan() || value <= 0.0 {
                         return None;
                     }
                     value.sqrt()

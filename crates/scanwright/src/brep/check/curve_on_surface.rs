@@ -17,7 +17,7 @@ pub(super) fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
         let mut problems = Vec::new();
         for edge_use in face.loops.iter().flat_map(|l| &l.uses) {
             let distance = distance(solid, &domain, *edge_use);
-            if !(distance <= gap) {
+            if distance.is_nan() || distance > gap {
                 problems.push(Problem::CurveOffSurface {
                     edge: edge_use.edge,
                     face: FaceId(f as u32),
