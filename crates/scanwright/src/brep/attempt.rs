@@ -7,7 +7,7 @@ use super::freeform::Fitted;
 use super::halfedge::HalfEdges;
 use super::solid::Solid;
 use super::{LabelledMesh, labels};
-use crate::math::Vec3;
+use crate::math::{Point3, Vec3};
 use crate::mesh::Mesh;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
@@ -41,6 +41,8 @@ pub(super) struct Choice {
 pub(super) struct Flaw {
     /// Patches at fault or beside it.
     pub patches: Vec<usize>,
+    /// Points beside it, none if it concerns all.
+    pub at: Vec<Point3>,
     /// How much it is worth to be rid of it.
     pub weight: f64,
 }
@@ -123,11 +125,11 @@ impl<'a> Bench<'a> {
     fn flaws(&self, draft: &Draft, splines: &[Option<Fitted>], solids: &[Made]) -> Vec<Flaw> {
         let mut flaws = Vec::new();
         for made in solids {
-            flaws.extend(
-                check(&made.solid, self.limit)
-                    .iter()
-                    .map(|problem| Flaw { patches: made.patches_of(problem), weight: self.weight(problem) }),
-            );
+            flaws.extend(check(&made.solid, self.limit).iter().map(|problem| Flaw {
+                patches: made.patches_of(problem),
+                at: made.points_of(problem),
+                weight: self.weight(problem),
+            }));
         }
         /// Share of the limit that splines may use: readers compare curves with them by parameter, not by distance.
         const BY_PARAMETER: f64 = 0.5;
@@ -135,13 +137,16 @@ impl<'a> Bench<'a> {
         for (p, spline) in splines.iter().enumerate() {
             let off = spline.as_ref().map(|s| s.border_gap - BY_PARAMETER * self.limit);
             if let Some(off) = off.filter(|off| *off > 0.0) {
-                flaws.push(Flaw { patches: vec![p], weight: off / spacing });
+                let triangles = &draft.patches[p].triangles;
+                let at = vec![self.closed.mesh.triangle_center(triangles[triangles.len() / 2] as usize)];
+                flaws.push(Flaw { patches: vec![p], at, weight: off / spacing });
             }
         }
         for (c, corner) in draft.corners.corners.iter().enumerate() {
             if corner.residual > self.limit {
                 flaws.push(Flaw {
                     patches: draft.patches_at(c as u32),
+                    at: vec![corner.point],
                     weight: (corner.residual - self.limit) / spacing,
                 });
             }
@@ -191,6 +196,22 @@ impl Attempt {
 }
 
 impl Made {
+    /// The ends of the edges that a problem names, or of those of its face.
+    fn points_of(&self, problem: &Problem) -> Vec<Point3> {
+        let solid: &Solid = &self.solid;
+        let ends = |edge| [solid.edge(edge).start, solid.edge(edge).end].map(|v| solid.point(v));
+        match problem {
+            Problem::CurveOffSurface { edge, .. }
+            | Problem::VertexOffCurve { edge, .. }
+            | Problem::EdgeUse { edge, .. } => ends(*edge).to_vec(),
+            Problem::LoopsCross { edges, .. } => edges.iter().flat_map(|e| ends(*e)).collect(),
+            Problem::LoopOpen { face, index } | Problem::LoopDirection { face, index, .. } => {
+                solid.face(*face).loops[*index].uses.iter().flat_map(|u| ends(u.edge)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// Patches of the faces that a problem names, or of those at the edge it names.
     fn patches_of(&self, problem: &Problem) -> Vec<usize> {
         let solid: &Solid = &self.solid;

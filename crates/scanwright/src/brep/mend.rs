@@ -6,13 +6,14 @@
 //! build per trial, only where something is wrong.
 
 use super::attempt::{Attempt, Bench, Choice};
+use super::batch::{apart, batch};
 use super::halfedge::HalfEdges;
 use super::straighten;
 use crate::surface::Surface;
 
 /// A change that may mend a flaw.
 #[derive(Debug, Clone, PartialEq)]
-enum Mend {
+pub(super) enum Mend {
     /// Other labels for some triangles.
     Relabel { triangles: Vec<u32>, labels: Vec<u32> },
     /// A B-spline in place of a region's surface.
@@ -29,40 +30,69 @@ const WORTH: f64 = 1e-3;
 
 /// Changes labels as long as that helps.
 fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
-    /// Builds per scan: a flaw takes about three, and a scan with more than a dozen has other troubles.
+    /// Builds per scan: a flaw takes about three, and those that lie apart are mended together.
     const MAX_TRIALS: usize = 16;
     let mut best = start;
+    for sure in [straightenings, sure_false_edges, misplaced] {
+        if let Some(all) = joined(&sure(bench, &best)).filter(|_| best.severity() > 0.0) {
+            let trial = bench.attempt(applied(&best.choice, &all));
+            if trial.severity() < best.severity() - WORTH {
+                best = trial;
+            }
+        }
+    }
     let mut tried: Vec<Mend> = Vec::new();
-    for _ in 0..MAX_TRIALS {
-        if best.severity() <= 0.0 {
+    let mut n_trials = 0;
+    while n_trials < MAX_TRIALS && best.severity() > 0.0 {
+        let mends: Vec<Mend> =
+            relabellings(bench, &best).into_iter().filter(|m| !tried.contains(m)).collect();
+        let mends = apart(bench, &best, &mends);
+        if mends.is_empty() {
             break;
         }
-        let all = match tried.len() {
-            0 => joined(&straightenings(bench, &best)),
-            1 => joined(&false_edges(bench, &best).0),
-            _ => None,
-        };
-        let Some(mend) = all.or_else(|| relabellings(bench, &best).into_iter().find(|m| !tried.contains(m)))
-        else {
-            break;
-        };
-        let trial = bench.attempt(applied(&best.choice, &mend));
-        tried.push(mend);
-        if trial.severity() < best.severity() - WORTH {
-            best = trial;
-        }
+        let (better, n) = batch(bench, &best, &mends, 0.0, WORTH);
+        n_trials += n;
+        tried.extend(mends);
+        best = better.unwrap_or(best);
     }
     best
 }
 
-/// Puts B-splines in place of surfaces as long as that helps: of those beside flaws each time the one that cures most.
+/// Puts B-splines in place of surfaces as long as that helps: where many are needed all that lie apart, then of those
+/// beside flaws each time the one that cures most.
 fn demoted(bench: &Bench, start: Attempt) -> Attempt {
+    /// Regions at fault that lie apart from which they are not worth a choice each.
+    const MANY: usize = 3;
+    /// Rounds with many.
+    const MAX_BATCHES: usize = 6;
+    let mut best = start;
+    let mut tried: Vec<Mend> = Vec::new();
+    for _ in 0..MAX_BATCHES {
+        let mends: Vec<Mend> = blamed(bench, &best)
+            .into_iter()
+            .map(|(region, _)| Mend::Demote { region })
+            .filter(|m| !tried.contains(m))
+            .collect();
+        let mends = apart(bench, &best, &mends);
+        if mends.len() < MANY {
+            break;
+        }
+        let (better, _) = batch(bench, &best, &mends, CURED, WORTH);
+        tried.extend(mends);
+        best = better.unwrap_or(best);
+    }
+    demoted_singly(bench, best)
+}
+
+/// Share of the flaws beside a face that a B-spline in its place has to cure.
+const CURED: f64 = 0.2;
+
+/// Of the faces beside flaws each time the one that is most worth a B-spline.
+fn demoted_singly(bench: &Bench, start: Attempt) -> Attempt {
     /// Faces that may be demoted.
     const MAX_ROUNDS: usize = 12;
     /// Regions that are tried in each round.
     const MAX_TRIALS: usize = 4;
-    /// Share of the flaws beside a face that a B-spline in its place has to cure.
-    const CURED: f64 = 0.2;
     let mut best = start;
     for _ in 0..MAX_ROUNDS {
         if best.severity() <= 0.0 {
@@ -110,7 +140,7 @@ fn blame(attempt: &Attempt, region: u32) -> f64 {
     attempt.flaws.iter().filter(|f| f.patches.iter().any(beside)).map(|f| f.weight).sum()
 }
 
-fn applied(choice: &Choice, mend: &Mend) -> Choice {
+pub(super) fn applied(choice: &Choice, mend: &Mend) -> Choice {
     let mut choice = choice.clone();
     match mend {
         Mend::Relabel { triangles, labels } => {
@@ -126,7 +156,7 @@ fn applied(choice: &Choice, mend: &Mend) -> Choice {
 /// Changes of labels that may mend the flaws of an attempt, the surest first, then the least.
 fn relabellings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let (sure, mut mends) = false_edges(bench, attempt);
-    let sure = straightenings(bench, attempt).into_iter().chain(sure);
+    let sure = straightenings(bench, attempt).into_iter().chain(sure).chain(misplaced(bench, attempt));
     let mut patches: Vec<usize> = attempt.flaws.iter().flat_map(|f| f.patches.iter().copied()).collect();
     patches.sort_unstable();
     patches.dedup();
@@ -214,6 +244,57 @@ fn harmless(bench: &Bench, mut distances: Vec<f64>) -> bool {
         .is_none_or(|d| d <= ROUNDED * bench.tolerances.spacing())
 }
 
+/// Triangles that lie off the surface of their own region, beside a flaw, and nearer to that of a neighbour: what the
+/// scan shows of a table through a bore, or of a wall beyond a worn edge.
+fn misplaced(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    /// In spacings: farther than the rounding of an edge.
+    const OFF: f64 = 1.2;
+    /// Share of that distance within which the other surface must be.
+    const NEARER: f64 = 0.5;
+    let labels = &attempt.choice.labels;
+    let mut regions: Vec<u32> =
+        attempt.flaws.iter().flat_map(|f| &f.patches).map(|p| attempt.draft.patches[*p].region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let mut mends = Vec::new();
+    for region in regions {
+        let Some(own) = bench.surfaces[region as usize] else { continue };
+        let members: Vec<u32> = (0..labels.len() as u32).filter(|t| labels[*t as usize] == region).collect();
+        let mut beside: Vec<u32> = members
+            .iter()
+            .flat_map(|t| bench.half_edges.neighbours(*t as usize))
+            .flatten()
+            .map(|u| labels[u])
+            .filter(|l| *l != region)
+            .collect();
+        beside.sort_unstable();
+        beside.dedup();
+        let beside: Vec<(u32, Surface)> =
+            beside.into_iter().filter_map(|r| bench.surfaces[r as usize].map(|s| (r, s))).collect();
+        let (mut triangles, mut given) = (Vec::new(), Vec::new());
+        for t in members {
+            let center = bench.closed.mesh.triangle_center(t as usize);
+            let off = own.signed_distance(&center).abs();
+            let away = |s: &Surface| s.signed_distance(&center).abs();
+            let nearest = beside.iter().min_by(|x, y| away(&x.1).total_cmp(&away(&y.1)));
+            let Some((other, surface)) = nearest else { continue };
+            if off > OFF * bench.tolerances.spacing() && away(surface) < NEARER * off {
+                triangles.push(t);
+                given.push(*other);
+            }
+        }
+        if !triangles.is_empty() {
+            mends.push(Mend::Relabel { triangles, labels: given });
+        }
+    }
+    mends
+}
+
+/// Edges whose surfaces do not meet, given away.
+fn sure_false_edges(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    false_edges(bench, attempt).0
+}
+
 /// Edges of A|B that may not exist, because one face C passes between two wrong corners: a band round each goes to C.
 /// First those whose surfaces do not meet, then those whose corners are wrong.
 fn false_edges(bench: &Bench, attempt: &Attempt) -> (Vec<Mend>, Vec<Mend>) {
@@ -260,7 +341,7 @@ fn joined(mends: &[Mend]) -> Option<Mend> {
             labels.extend(l);
         }
     }
-    (mends.len() > 1).then_some(Mend::Relabel { triangles, labels })
+    (!triangles.is_empty()).then_some(Mend::Relabel { triangles, labels })
 }
 
 /// Triangles of two regions within some rings of a run of vertices.

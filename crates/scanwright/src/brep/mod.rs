@@ -3,6 +3,7 @@
 mod assemble;
 mod attempt;
 mod banded;
+mod batch;
 mod build;
 mod chains;
 pub mod check;

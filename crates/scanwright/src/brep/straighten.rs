@@ -132,3 +132,85 @@ fn straightened(
     let new = found.iter().map(|t| pair[side(*t)]).collect();
     (!found.is_empty()).then_some((found, new))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::LabelledMesh;
+    use crate::math::{Axis, UnitVec3};
+    use crate::mesh::Mesh;
+    use crate::recognize::{Primitive, Residual};
+    use crate::segment::RegionId;
+    use crate::surface::{Cylinder, Plane};
+    use crate::tolerance::{Measured, Tolerances};
+
+    /// A floor for negative x that goes over into a cylinder of this radius.
+    const RADIUS: f64 = 60.0;
+
+    fn labelled(labels: Vec<u32>, mesh: Mesh) -> LabelledMesh {
+        let surfaces = [
+            Surface::Plane(Plane { point: Point3::origin(), normal: Vec3::z_axis() }),
+            Surface::Cylinder(Cylinder {
+                axis: Axis { origin: Point3::new(0.0, 0.0, -RADIUS), direction: Vec3::y_axis() as UnitVec3 },
+                radius: RADIUS,
+            }),
+        ];
+        let primitives = surfaces.map(|s| Primitive {
+            surface: Some(s),
+            outward: true,
+            residual: Residual::from_distances(&[0.0]),
+            covariance: Vec::new(),
+            ambiguous: None,
+        });
+        let assumed = vec![false; labels.len()];
+        let labels = labels.into_iter().map(RegionId).collect();
+        LabelledMesh { mesh, labels, primitives: primitives.to_vec(), assumed }
+    }
+
+    fn sheet() -> Mesh {
+        let at = |i: u32, j: u32| {
+            let x = f64::from(i) - 30.0;
+            let z = if x > 0.0 { (RADIUS * RADIUS - x * x).sqrt() - RADIUS } else { 0.0 };
+            Point3::new(x, f64::from(j), z)
+        };
+        let vertices = (0..=60).flat_map(|i| (0..=40).map(move |j| at(i, j))).collect();
+        let index = |i: u32, j: u32| i * 41 + j;
+        let cell = |i, j| {
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles = (0..60).flat_map(|i| (0..40).flat_map(move |j| cell(i, j))).collect();
+        Mesh { vertices, triangles }
+    }
+
+    #[test]
+    fn a_wandering_border_goes_to_the_contact() {
+        let mesh = sheet();
+        let centers: Vec<Point3> = (0..mesh.triangles.len()).map(|t| mesh.triangle_center(t)).collect();
+        let mut labels: Vec<u32> = centers.iter().map(|p| u32::from(p.x > 6.0 * (0.4 * p.y).sin())).collect();
+        let wrong = |labels: &[u32]| {
+            centers.iter().zip(labels).filter(|(p, l)| p.x.abs() > 0.5 && (p.x > 0.0) != (**l == 1)).count()
+        };
+        assert!(wrong(&labels) > 100);
+        let closed = labelled(labels.clone(), mesh);
+        let tolerances = Tolerances::new(
+            Measured {
+                largest_coordinate: 40.0,
+                diagonal: 75.0,
+                spacing: 1.0,
+                noise: 0.0,
+                normal_noise: 0.0,
+                edge_rounding: 0.0,
+            },
+            None,
+        );
+        let bench = Bench::new(&closed, &tolerances);
+        let changes = straightenings(&bench, &labels, &[false; 2]);
+        assert_eq!(changes.len(), 1);
+        for (t, label) in changes[0].1.0.iter().zip(&changes[0].1.1) {
+            labels[*t as usize] = *label;
+        }
+        assert_eq!(wrong(&labels), 0);
+        assert!(straightenings(&bench, &labels, &[true, false]).is_empty());
+    }
+}
