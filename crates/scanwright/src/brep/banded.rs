@@ -95,12 +95,12 @@ mod tests {
         let wanted: Vec<[f64; 3]> = (0..n).map(|i| [i as f64, 1.0, -(i as f64)]).collect();
         let mut matrix = Banded::zeros(n, width);
         let mut right = vec![[0.0; 3]; n];
-        for i in 0..n {
-            for j in 0..n {
+        for (i, sums) in right.iter_mut().enumerate() {
+            for (j, values) in wanted.iter().enumerate() {
                 if i.abs_diff(j) <= width {
                     matrix.add(i, j, entry(i, j));
                 }
-                (0..3).for_each(|k| right[i][k] += entry(i, j) * wanted[j][k]);
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += entry(i, j) * value);
             }
         }
         let found = matrix.solve(right).expect("the matrix is positive definite");
