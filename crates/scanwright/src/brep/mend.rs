@@ -9,6 +9,7 @@ use super::attempt::{Attempt, Bench, Choice};
 use super::batch::{apart, batch};
 use super::halfedge::HalfEdges;
 use super::straighten;
+use crate::par;
 use crate::surface::Surface;
 
 /// A change that may mend a flaw.
@@ -98,17 +99,16 @@ fn demoted_singly(bench: &Bench, start: Attempt) -> Attempt {
         if best.severity() <= 0.0 {
             break;
         }
+        let mut candidates = blamed(bench, &best);
+        candidates.truncate(MAX_TRIALS);
+        let trials = par::map(&candidates, |&(region, _)| {
+            bench.attempt(applied(&best.choice, &Mend::Demote { region }))
+        });
         let mut next: Option<Attempt> = None;
-        for (region, blame) in blamed(bench, &best).into_iter().take(MAX_TRIALS) {
-            let mend = Mend::Demote { region };
-            let trial = bench.attempt(applied(&best.choice, &mend));
+        for (trial, (_, blame)) in trials.into_iter().zip(candidates) {
             let limit = next.as_ref().map_or(best.severity() - (CURED * blame).max(WORTH), Attempt::severity);
             if trial.severity() < limit {
-                let done = trial.severity() <= 0.0;
                 next = Some(trial);
-                if done {
-                    break;
-                }
             }
         }
         let Some(next) = next else { break };
