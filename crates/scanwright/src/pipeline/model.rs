@@ -27,7 +27,7 @@ pub(super) fn build(
         let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
         let volume = add_triangles(&mut model, &solid);
         if !problems.is_empty() {
-            let text = format!("solid {}: {}", model.solids.len() + 1, problems.join("; "));
+            let text = format!("solid {}: {}", model.solids.len() + 1, first_of(&problems));
             warnings.push(Warning::new(Code::Invalid, text));
         }
         model.facts.push(facts(&solid, volume, problems));
@@ -37,6 +37,13 @@ pub(super) fn build(
         warnings.push(Warning::new(Code::NoSolid, "no solid was made"));
     }
     (model, warnings)
+}
+
+/// The first few problems in one sentence: an open shell has one per open edge, and the facts hold them all.
+fn first_of(problems: &[String]) -> String {
+    const SHOWN: usize = 3;
+    let shown = problems[..problems.len().min(SHOWN)].join("; ");
+    if problems.len() > SHOWN { format!("{shown}; and {} more", problems.len() - SHOWN) } else { shown }
 }
 
 fn facts(solid: &Solid, volume: f64, problems: Vec<String>) -> SolidFacts {
