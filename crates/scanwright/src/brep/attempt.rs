@@ -193,6 +193,15 @@ impl Attempt {
     pub(super) fn severity(&self) -> f64 {
         self.flaws.iter().map(|f| f.weight).sum()
     }
+
+    /// Regions at fault or beside a flaw, ascending.
+    pub(super) fn flawed_regions(&self) -> Vec<u32> {
+        let mut regions: Vec<u32> =
+            self.flaws.iter().flat_map(|f| &f.patches).map(|p| self.draft.patches[*p].region).collect();
+        regions.sort_unstable();
+        regions.dedup();
+        regions
+    }
 }
 
 impl Made {

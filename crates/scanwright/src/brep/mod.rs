@@ -17,6 +17,7 @@ mod halfedge;
 mod labels;
 mod meet;
 mod mend;
+mod relabel;
 mod settle;
 mod solid;
 mod split;

@@ -24,6 +24,15 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// These samples, then those of `other`.
+    #[must_use]
+    pub fn followed_by(&self, other: &Self) -> Self {
+        Self {
+            points: self.points.iter().chain(&other.points).copied().collect(),
+            normals: self.normals.iter().chain(&other.normals).copied().collect(),
+        }
+    }
+
     /// Every so manieth sample, so that at most `n` remain; deterministic and spread over the order given.
     #[must_use]
     pub fn thinned(&self, n: usize) -> Self {

@@ -97,7 +97,8 @@ pub fn fit_kind(
         .then(|| Choice { fit, mean_cost: mean_cost(&fit, samples, weights) })
 }
 
-fn mean_cost(fit: &Fit, samples: &Samples, weights: &Weights) -> f64 {
+/// Mean of the samples' costs under a surface, each capped at [`COST_CAP`]; zero when there are none.
+pub fn mean_cost(fit: &Fit, samples: &Samples, weights: &Weights) -> f64 {
     let sum: f64 =
         samples.points.iter().zip(&samples.normals).map(|(p, n)| weights.cost(fit, p, n).min(COST_CAP)).sum();
     sum / samples.points.len().max(1) as f64

@@ -2,7 +2,7 @@
 
 mod choose;
 
-pub use choose::{COST_CAP, Choice, Limits, TYPE_ORDER, choose, fit_kind, is_better};
+pub use choose::{COST_CAP, Choice, Limits, TYPE_ORDER, choose, fit_kind, is_better, mean_cost};
 
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};

@@ -12,7 +12,7 @@ use crate::fit::{Fit, Samples, refine};
 use crate::math::stats;
 use crate::mesh::{Mesh, winding_number};
 use crate::par;
-use crate::recognize::COST_CAP;
+use crate::recognize::{COST_CAP, mean_cost};
 use crate::surface::SurfaceKind;
 
 /// Share of a piece's border that the scan must have left open: less is a scratch, not an end.
@@ -92,7 +92,7 @@ impl Piece {
         let border = border.iter().copied().step_by(border.len().div_ceil(N_FACING).max(1)).collect();
         let interior = field.eroded(members, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
         let samples = field.samples(&interior, N_TEST);
-        let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(field, &fit, &samples));
+        let mean_cost = fit.map_or(COST_CAP, |fit| mean_cost(&fit, &samples, &field.weights));
         Self { fit, loops: touched, border, open_share, n: members.len(), samples, mean_cost }
     }
 
@@ -151,28 +151,16 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
     let (large, small) = if a.n >= b.n { (a, b) } else { (b, a) };
     let start = large.fit?;
     // Hopeless pairs are most of them: the large piece's surface must come near the small one.
-    let reach = large.fit.map_or(f64::MAX, |fit| mean_cost(field, &fit, &small.samples));
-    let back = small.fit.map_or(f64::MAX, |fit| mean_cost(field, &fit, &large.samples));
+    let reach = large.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &small.samples, &field.weights));
+    let back = small.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &large.samples, &field.weights));
     if reach.min(back) > 0.8 * COST_CAP {
         return None;
     }
-    let both = Samples {
-        points: large.samples.points.iter().chain(&small.samples.points).copied().collect(),
-        normals: large.samples.normals.iter().chain(&small.samples.normals).copied().collect(),
-    };
+    let both = large.samples.followed_by(&small.samples);
     let fit = refine(&start, &both, &field.weights, 20)?;
-    let as_good = |piece: &Piece| mean_cost(field, &fit, &piece.samples) < 1.3 * piece.mean_cost + EXCESS;
+    let as_good =
+        |piece: &Piece| mean_cost(&fit, &piece.samples, &field.weights) < 1.3 * piece.mean_cost + EXCESS;
     (as_good(large) && as_good(small)).then_some(fit)
-}
-
-fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
-    let sum: f64 = samples
-        .points
-        .iter()
-        .zip(&samples.normals)
-        .map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP))
-        .sum();
-    sum / samples.points.len().max(1) as f64
 }
 
 /// One per vertex: its connected piece of the scan's border; `u32::MAX` inside.

@@ -95,15 +95,20 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Where no edge was sharp enough to measure the spot, a scan that has noise is taken to have a spot of its own
-    /// spacing, of half of that where the noise is low: scanners are built so.
+    /// Where no edge was sharp enough to measure the spot it is guessed from the noise, as far as the two go together:
+    /// none for a mesh without noise, half a spacing for a quiet scan, a spacing for the others.
     fn blur(tolerances: &Tolerances) -> f64 {
+        /// Noise over spacing of what no scanner made, and of a quiet scan.
+        const NO_SCAN: f64 = 0.01;
+        const QUIET: f64 = 0.05;
         let (measured, spacing) = (tolerances.edge_rounding(), tolerances.spacing());
-        let noise_per_spacing = tolerances.noise() / spacing;
-        match () {
-            () if measured > 0.0 || noise_per_spacing < 0.01 => measured,
-            () if noise_per_spacing < 0.05 => 0.5 * spacing,
-            () => spacing,
+        let noise = tolerances.noise() / spacing;
+        if measured > 0.0 || noise < NO_SCAN {
+            measured
+        } else if noise < QUIET {
+            0.5 * spacing
+        } else {
+            spacing
         }
     }
 

@@ -11,7 +11,7 @@ use crate::surface::Surface;
 const N_SAMPLES: usize = 20_000;
 /// Steps of the final fit.
 const STEPS: usize = 30;
-/// Vertices per independent sample of the noise.
+/// Vertices per independent sample of the noise: twice what its correlation length asks for, as it is not measured.
 const VERTICES_PER_SAMPLE: f64 = 80.0;
 /// Weight of normals: filtered normals are biased, raw distances are not.
 const NORMAL_WEIGHT: f64 = 0.02;

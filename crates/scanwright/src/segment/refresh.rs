@@ -4,9 +4,9 @@ use super::field::{Field, Hypothesis, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR, collect, settle};
 use super::label::Labels;
 use super::narrow::Rim;
-use crate::fit::{Fit, Samples};
+use crate::fit::Fit;
 use crate::par;
-use crate::recognize::{COST_CAP, Choice, choose};
+use crate::recognize::{COST_CAP, Choice, choose, mean_cost};
 use crate::surface::SurfaceKind;
 
 /// Smallest region that is refitted, in vertices.
@@ -91,7 +91,7 @@ fn merge_neighbours(field: &Field, mut pieces: Vec<Piece>) -> Vec<Piece> {
         pieces[a].fit = fit;
         pieces[a].narrow = false;
         let samples = field.samples(&pieces[a].interior, N_MERGE);
-        pieces[a].mean_cost = mean_cost(field, &fit, &samples);
+        pieces[a].mean_cost = mean_cost(&fit, &samples, &field.weights);
         into[b] = a;
         stale[a] += 1;
         // Pairs of `b` become pairs of `a`; only those of `a` are tested again.
@@ -117,41 +117,25 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<(f64, Fit)> {
     let (sa, sb) = (field.samples(&a.interior, N_MERGE), field.samples(&b.interior, N_MERGE));
     // Far apart under each other's surface: no joint fit can save them.
     const HOPELESS: f64 = 0.8 * COST_CAP;
-    if mean_cost(field, &a.fit, &sb) > HOPELESS && mean_cost(field, &b.fit, &sa) > HOPELESS {
+    if mean_cost(&a.fit, &sb, &field.weights) > HOPELESS && mean_cost(&b.fit, &sa, &field.weights) > HOPELESS
+    {
         return None;
     }
     // Areas decide the joint fit, so that a small piece cannot bend a large one.
     let (na, nb) = (a.interior.len(), b.interior.len());
     let share = |n: usize| (2 * N_MERGE * n / (na + nb)).clamp(N_MERGE / 5, 2 * N_MERGE);
-    let both = concatenated(&field.samples(&a.interior, share(na)), &field.samples(&b.interior, share(nb)));
+    let both = field.samples(&a.interior, share(na)).followed_by(&field.samples(&b.interior, share(nb)));
     let n = na + nb;
     [Some(&a.fit), Some(&b.fit)]
         .into_iter()
         .filter_map(|previous| choose(&both, n, &field.weights, &field.limits, previous))
         .filter_map(|choice| {
-            let excess_a = mean_cost(field, &choice.fit, &sa) - 1.3 * a.mean_cost;
-            let excess_b = mean_cost(field, &choice.fit, &sb) - 1.3 * b.mean_cost;
+            let excess_a = mean_cost(&choice.fit, &sa, &field.weights) - 1.3 * a.mean_cost;
+            let excess_b = mean_cost(&choice.fit, &sb, &field.weights) - 1.3 * b.mean_cost;
             let excess = excess_a.max(excess_b);
             (excess < 0.5).then_some((excess, choice.fit))
         })
         .min_by(|x, y| x.0.total_cmp(&y.0))
-}
-
-fn mean_cost(field: &Field, fit: &Fit, samples: &Samples) -> f64 {
-    let sum: f64 = samples
-        .points
-        .iter()
-        .zip(&samples.normals)
-        .map(|(p, n)| field.weights.cost(fit, p, n).min(COST_CAP))
-        .sum();
-    sum / samples.points.len().max(1) as f64
-}
-
-fn concatenated(a: &Samples, b: &Samples) -> Samples {
-    Samples {
-        points: a.points.iter().chain(&b.points).copied().collect(),
-        normals: a.normals.iter().chain(&b.normals).copied().collect(),
-    }
 }
 
 /// Pairs of pieces whose regions meet when both grow by the width of a rounded edge.
