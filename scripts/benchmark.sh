@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the benchmark and puts its table into docs/benchmark.md.
+# Runs the benchmark and puts its table and summary into docs/benchmark.md.
 #
 #   scripts/benchmark.sh BENCH [OPTIONS OF bench.py]
 #
@@ -22,5 +22,9 @@ mkdir -p "$out"
 
 case " $* " in
     *" --only "*) ;;
-    *) python3 scripts/insert_table.py docs/benchmark.md "$out/table.txt" ;;
+    *)
+        "$venv/bin/python" scripts/summary.py "$bench" "$out" > "$out/summary.md"
+        python3 scripts/insert_table.py docs/benchmark.md table "$out/table.txt"
+        python3 scripts/insert_table.py docs/benchmark.md summary "$out/summary.md"
+        ;;
 esac

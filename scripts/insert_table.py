@@ -1,17 +1,17 @@
-"""Replaces the block between the table markers of a Markdown page by the text of a file."""
+"""Replaces the block between the markers `<!-- NAME begins -->` and `<!-- NAME ends -->` of a page by the text of a file."""
 
 import pathlib
 import sys
 
-BEGIN, END = "<!-- table begins -->", "<!-- table ends -->"
-
 
 def main():
-    page, table = (pathlib.Path(argument) for argument in sys.argv[1:])
-    before, rest = page.read_text().split(BEGIN)
-    _, after = rest.split(END)
-    block = f"{BEGIN}\n```text\n{table.read_text().rstrip()}\n```\n{END}"
-    page.write_text(before + block + after)
+    page, name, table = pathlib.Path(sys.argv[1]), sys.argv[2], pathlib.Path(sys.argv[3])
+    begin, end = f"<!-- {name} begins -->", f"<!-- {name} ends -->"
+    before, rest = page.read_text().split(begin)
+    _, after = rest.split(end)
+    text = table.read_text().strip()
+    block = text if text.count("\n|") else f"```text\n{text}\n```"
+    page.write_text(f"{before}{begin}\n{block}\n{end}{after}")
 
 
 if __name__ == "__main__":
