@@ -21,8 +21,10 @@ fn a_mesh_without_noise_comes_back() {
 
 #[test]
 fn normals_of_a_noisy_block_come_nearer_to_the_truth() {
-    // Shares of the raw error that may be left; the default has to be the best of them or as good within a tenth.
+    // Shares of the raw error that may be left; the default leaves least over both noises, and never a tenth more than
+    // the best at one.
     let clean = block();
+    let mut sums: Vec<(f64, &str)> = DenoiseMethod::all_defaults().iter().map(|m| (0.0, m.name())).collect();
     for noise in [0.08, 0.2] {
         let mut left = Vec::new();
         for (name, result, mesh) in each_method(&clean, noise) {
@@ -35,7 +37,10 @@ fn normals_of_a_noisy_block_come_nearer_to_the_truth() {
         let best = left.iter().map(|l| l.0).fold(f64::INFINITY, f64::min);
         let default = left.iter().find(|l| l.1 == DenoiseMethod::default().name()).unwrap();
         assert!(default.0 < 1.1 * best, "{left:?}");
+        sums.iter_mut().zip(&left).for_each(|(sum, share)| sum.0 += share.0);
     }
+    let least = sums.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert_eq!(least.1, DenoiseMethod::default().name(), "{sums:?}");
 }
 
 #[test]
