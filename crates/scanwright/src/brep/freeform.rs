@@ -198,6 +198,7 @@ impl Grid {
                 of_chart.push((self.row(&uv), domain.point(uv).coords, 1.0));
             }
         }
+        // Hardly smoothed: it only starts the fit, and the chart is smooth itself.
         let start = self.solve(&of_chart, 1e-9)?;
         let moved = |(uv, p): &(Uv, Point3), weight: f64| {
             let row = self.row(uv);

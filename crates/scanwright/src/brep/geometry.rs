@@ -268,6 +268,7 @@ fn drop_reversals(points: &[Point3], spacing: f64) -> Vec<Point3> {
     /// Cosine of the turn that counts as running back: a path sampled at a fifth of its turn stays far from it.
     const BACK: f64 = -0.2;
     let mut kept: Vec<Point3> = points.to_vec();
+    // Shorter steps have no direction of their own.
     let min_step = spacing * 1e-3;
     loop {
         let n = kept.len();

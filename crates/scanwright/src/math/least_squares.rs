@@ -68,6 +68,7 @@ pub fn minimize<const N: usize, S: Clone>(
     const RELATIVE_FALL: f64 = 1e-7;
     let mut state = start;
     let mut model = linearize(&state);
+    // Nearly a Gauss-Newton step: starts are good, and a step that fails raises it.
     let mut damping = 1e-4;
     for _ in 0..max_iterations {
         let mut stepped = false;
@@ -77,6 +78,7 @@ pub fn minimize<const N: usize, S: Clone>(
                 let enough = fall > RELATIVE_FALL * model.cost;
                 state = next;
                 model = next_model;
+                // Below this it changes no digit, and raising it from zero would never bring it back.
                 damping = (damping * 0.2).max(1e-12);
                 stepped = true;
                 if !enough {
