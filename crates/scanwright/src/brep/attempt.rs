@@ -214,7 +214,9 @@ impl Made {
             | Problem::VertexOffCurve { edge, .. }
             | Problem::EdgeUse { edge, .. } => ends(*edge).to_vec(),
             Problem::LoopsCross { edges, .. } => edges.iter().flat_map(|e| ends(*e)).collect(),
-            Problem::LoopOpen { face, index } | Problem::LoopDirection { face, index, .. } => {
+            Problem::LoopOpen { face, index }
+            | Problem::LoopWinds { face, index }
+            | Problem::LoopDirection { face, index, .. } => {
                 solid.face(*face).loops[*index].uses.iter().flat_map(|u| ends(u.edge)).collect()
             }
             _ => Vec::new(),

@@ -127,6 +127,23 @@ impl<'a> Domain<'a> {
         }
     }
 
+    /// The lengths after which the coordinates come back to the same point; `None` where they never do.
+    pub(super) fn periods(&self) -> [Option<f64>; 2] {
+        let tau = std::f64::consts::TAU;
+        match self.geometry {
+            Geometry::Spline(_) => [None, None],
+            Geometry::Analytic(surface) => match surface {
+                Surface::Plane(_) => [None, None],
+                Surface::Cylinder(s) => [Some(tau * s.radius), None],
+                Surface::Cone(s) => [Some(tau * self.cone_radius(s)), None],
+                Surface::Sphere(s) => [Some(tau * s.radius), None],
+                Surface::Torus(s) => {
+                    [Some(tau * (s.major_radius.abs() + s.minor_radius)), Some(tau * s.minor_radius)]
+                }
+            },
+        }
+    }
+
     /// Distance of a point from the surface.
     pub(super) fn distance(&self, point: &Point3) -> f64 {
         match self.geometry {

@@ -8,6 +8,7 @@ mod euler;
 mod loop_closed;
 mod loop_crossing;
 mod loop_direction;
+mod loop_winding;
 mod vertex_on_curve;
 mod volume;
 
@@ -58,6 +59,14 @@ pub enum Problem {
         index: usize,
         /// Signed area seen from outside.
         area: f64,
+    },
+    /// A loop goes round the axis or the spine of its surface, which takes two loops to bound a face.
+    #[error("loop {index} of face {face:?} goes round its surface")]
+    LoopWinds {
+        /// The face.
+        face: FaceId,
+        /// Which of its loops.
+        index: usize,
     },
     /// Loops of a face cross each other or themselves.
     #[error("loops of face {face:?} cross at {crossings} places, among them edges {edges:?}")]
@@ -118,7 +127,7 @@ impl Problem {
         match self {
             Self::EdgeUse { forward, backward, .. } if forward + backward == 2 => Validity::Closed,
             Self::EdgeUse { .. } | Self::LoopOpen { .. } => Validity::Open,
-            Self::LoopDirection { .. } | Self::Volume(_) => Validity::Closed,
+            Self::LoopDirection { .. } | Self::LoopWinds { .. } | Self::Volume(_) => Validity::Closed,
             Self::LoopsCross { .. }
             | Self::VertexOffCurve { .. }
             | Self::CurveOffSurface { .. }
@@ -131,6 +140,7 @@ impl Problem {
         match self {
             Self::LoopOpen { face, .. }
             | Self::LoopDirection { face, .. }
+            | Self::LoopWinds { face, .. }
             | Self::LoopsCross { face, .. }
             | Self::CurveOffSurface { face, .. } => Some(*face),
             _ => None,
@@ -147,6 +157,7 @@ pub fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
     problems.extend(curve_on_surface::check(solid, gap));
     if solid.faces.iter().all(|f| f.loops.iter().all(|l| !l.uses.is_empty())) {
         problems.extend(loop_direction::check(solid));
+        problems.extend(loop_winding::check(solid));
         problems.extend(loop_crossing::check(solid));
     }
     if connected {
