@@ -140,6 +140,8 @@ pub enum FallbackFlag {
     Open,
     /// A face without an analytic surface
     Freeform,
+    /// Flat faces, one per triangle of the scan
+    Facets,
 }
 
 /// `--schema`.

@@ -142,6 +142,7 @@ fn flag_of(fallback: Fallback) -> FallbackFlag {
     match fallback {
         Fallback::Open => FallbackFlag::Open,
         Fallback::Freeform => FallbackFlag::Freeform,
+        Fallback::Facets => FallbackFlag::Facets,
     }
 }
 

@@ -214,7 +214,7 @@ fn word(code: Code) -> &'static str {
     match code {
         Code::AmbiguousType => "weak",
         Code::AssumedFace => "assumed",
-        Code::Freeform => "fallback",
+        Code::Freeform | Code::Facets => "fallback",
         Code::Open | Code::Invalid | Code::Gap => "problem",
         _ => "note",
     }

@@ -13,7 +13,6 @@ use super::solid::{
 use super::split::Patch;
 use crate::math::{Frame, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 use crate::mesh::Mesh;
-use crate::segment::RegionId;
 use crate::surface::{Plane, Surface};
 
 /// The edge of one chain.
@@ -46,6 +45,9 @@ pub(super) fn chain_edges(
     })
 }
 
+/// Samples of a facet's edge that are held against the neighbour's surface.
+const FEWEST_ON_FACET: usize = 4;
+
 fn chain_edge(
     course: &Course,
     start: &Point3,
@@ -57,6 +59,12 @@ fn chain_edge(
     const RECOGNISE: f64 = 0.02;
     /// Fewest and most samples of an edge: a conic needs five; beyond eighty a spline only copies noise.
     const SAMPLES: (usize, usize) = (12, 80);
+    if course.straight {
+        let direction = try_unit(end - start)?;
+        let (curve, samples) = (Curve::Line { origin: *start, direction }, vec![*start, *end]);
+        let gap = curve_gap(&curve, course, start, end, FEWEST_ON_FACET);
+        return Some(ChainEdge { curve, samples, gap });
+    }
     let length: f64 = course.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
     let n = ((length / spacing) as usize).clamp(SAMPLES.0, SAMPLES.1);
     let samples = edge_samples(course, start, end, n, spacing);
@@ -150,8 +158,10 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
         if loops.is_empty() && !whole {
             continue;
         }
+        let facet = if patch.facet { facet(&solid, &loops) } else { None };
         let Some(geometry) = patch
             .surface
+            .or(facet.map(Surface::Plane))
             .map(Geometry::Analytic)
             .or_else(|| parts.splines[p].as_ref().map(|s| Geometry::Spline(s.surface.clone())))
         else {
@@ -161,7 +171,7 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
         let known = surface_of.iter().find(|s| (s.0, s.1) == key).map(|s| s.2);
         let surface = known.unwrap_or_else(|| {
             let id = SurfaceId(solid.surfaces.len() as u32);
-            let geometry = outward_plane(geometry.clone(), parts.mesh, patch);
+            let geometry = if patch.facet { geometry } else { outward_plane(geometry, parts.mesh, patch) };
             solid.surfaces.push(geometry);
             surface_of.push((key.0, key.1, id));
             id
@@ -170,11 +180,12 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
         let face = Face {
             surface,
             frame: placement(geometry, parts.mesh, patch),
-            same_sense: parts.splines[p]
-                .as_ref()
-                .map_or_else(|| same_sense(geometry, parts.mesh, patch), |s| s.outward),
+            same_sense: patch.facet
+                || parts.splines[p]
+                    .as_ref()
+                    .map_or_else(|| same_sense(geometry, parts.mesh, patch), |s| s.outward),
             loops,
-            region: RegionId(patch.region),
+            region: patch.origin,
             assumed: 2 * patch.triangles.iter().filter(|t| parts.assumed[**t as usize]).count()
                 > patch.triangles.len(),
         };
@@ -190,6 +201,14 @@ fn solid(parts: &Parts, patches: &[usize]) -> Option<Made> {
     order_loops(&mut solid);
     solid.gap = solid.gap.max(spline_gap(&solid));
     Some(Made { solid, patches: made_from })
+}
+
+/// The plane through the corners of a facet, its normal on the side from which they run counter-clockwise.
+fn facet(solid: &Solid, loops: &[Loop]) -> Option<Plane> {
+    let corners: Vec<Point3> =
+        loops.iter().flat_map(|l| &l.uses).map(|u| solid.point(solid.ends(*u).0)).collect();
+    let [a, b, c] = corners[..] else { return None };
+    Some(Plane { point: a, normal: try_unit((b - a).cross(&(c - a)))? })
 }
 
 /// Largest distance of the edges of spline faces from these; those of analytic ones are known.

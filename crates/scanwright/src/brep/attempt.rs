@@ -20,8 +20,10 @@ pub(super) struct Bench<'a> {
     pub components: (Vec<u32>, usize),
     /// One per component: whether it is no part but something that closing cut off.
     pub scrap: Vec<bool>,
-    /// One per region: as they were fitted.
+    /// One per region: as they were fitted; last the label of facets, which has none.
     pub surfaces: Vec<Option<Surface>>,
+    /// The label of triangles that become flat faces by themselves.
+    pub facets: u32,
     pub tolerances: &'a Tolerances,
     /// Largest gap that receiving programs accept.
     pub limit: f64,
@@ -32,7 +34,7 @@ pub(super) struct Bench<'a> {
 pub(super) struct Choice {
     /// One per triangle.
     pub labels: Vec<u32>,
-    /// One per region: whether a B-spline takes the place of its surface.
+    /// One per label: whether a B-spline takes the place of its surface.
     pub demoted: Vec<bool>,
 }
 
@@ -64,9 +66,10 @@ impl<'a> Bench<'a> {
         let half_edges = HalfEdges::new(&closed.mesh);
         let components = half_edges.components(|_| 0);
         let scrap = scrap(&closed.mesh, &components, tolerances.spacing());
-        let surfaces = closed.primitives.iter().map(|p| p.surface).collect();
+        let surfaces = closed.primitives.iter().map(|p| p.surface).chain([None]).collect();
+        let facets = closed.primitives.len() as u32;
         let limit = (LIMIT * closed.mesh.diagonal()).max(tolerances.gap());
-        Self { closed, half_edges, components, scrap, surfaces, tolerances, limit }
+        Self { closed, half_edges, components, scrap, surfaces, facets, tolerances, limit }
     }
 
     /// Builds from a choice.
@@ -75,7 +78,7 @@ impl<'a> Bench<'a> {
         labels::clean(mesh, &self.half_edges, &mut choice.labels, self.tolerances.spacing());
         let mut draft = self.draft(&choice);
         for _ in 0..MAX_COLLAPSES {
-            let collapsed = draft.collapsed();
+            let collapsed = draft.collapsed(self.tolerances.gap());
             let given =
                 collapsed.into_iter().filter(|p| draft.give_away(*p, &self.half_edges, &mut choice.labels));
             if given.count() == 0 {
@@ -86,6 +89,9 @@ impl<'a> Bench<'a> {
         }
         draft.settle(mesh, &self.surfaces_of(&choice), self.tolerances);
         let splines = draft.splines(mesh, self.tolerances);
+        if choice.labels.contains(&self.facets) && splines.iter().any(Option::is_some) {
+            draft.meet_splines(&splines, self.tolerances.spacing(), self.tolerances.rounding());
+        }
         let solids = self.solids(&draft, &splines);
         let flaws = self.flaws(&draft, &splines, &solids);
         Attempt { choice, draft, splines, solids, flaws }
@@ -98,6 +104,7 @@ impl<'a> Bench<'a> {
             &choice.labels,
             &self.surfaces,
             &choice.demoted,
+            self.facets,
             self.tolerances,
         )
     }
@@ -213,7 +220,9 @@ impl Made {
             Problem::CurveOffSurface { edge, .. }
             | Problem::VertexOffCurve { edge, .. }
             | Problem::EdgeUse { edge, .. } => ends(*edge).to_vec(),
-            Problem::LoopsCross { edges, .. } => edges.iter().flat_map(|e| ends(*e)).collect(),
+            Problem::LoopsCross { edges, places, .. } => {
+                edges.iter().flat_map(|e| ends(*e)).chain(places.iter().copied()).collect()
+            }
             Problem::LoopOpen { face, index }
             | Problem::LoopWinds { face, index }
             | Problem::LoopDirection { face, index, .. } => {

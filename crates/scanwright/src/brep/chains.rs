@@ -44,13 +44,14 @@ pub(super) struct Topology {
     pub loops: Vec<ChainLoop>,
 }
 
-/// Traces the borders between patches. `patch_of`: one per triangle.
-pub(super) fn trace(mesh: &Mesh, half_edges: &HalfEdges, patch_of: &[u32]) -> Topology {
+/// Traces the borders between patches. `patch_of`: one per triangle. `cornered`: whether each vertex is a junction
+/// whatever meets there.
+pub(super) fn trace(mesh: &Mesh, half_edges: &HalfEdges, patch_of: &[u32], cornered: &[bool]) -> Topology {
     let patch = |h: u32| patch_of[HalfEdges::triangle(h)];
     let across = |h: u32| half_edges.twin(h).map(patch);
     let is_border = |h: u32| across(h) != Some(patch(h));
     let loops = border_loops(half_edges, &is_border);
-    let junction = junctions(mesh, half_edges, &loops, &is_border);
+    let junction = junctions(mesh, half_edges, &loops, &is_border, cornered);
     let mut chain_of: Vec<Option<(ChainId, bool)>> = vec![None; half_edges.len()];
     let mut topology = Topology::default();
     for run in &loops {
@@ -113,6 +114,7 @@ fn junctions(
     half_edges: &HalfEdges,
     loops: &[Vec<u32>],
     is_border: &impl Fn(u32) -> bool,
+    cornered: &[bool],
 ) -> Vec<bool> {
     let mut degree = vec![0_u32; mesh.vertices.len()];
     for run in loops {
@@ -124,7 +126,8 @@ fn junctions(
             }
         }
     }
-    let mut junction: Vec<bool> = degree.iter().map(|d| *d > 2).collect();
+    let mut junction: Vec<bool> =
+        degree.iter().zip(cornered).map(|(d, forced)| *d > 2 || (*forced && *d > 0)).collect();
     for run in loops {
         let n_needed = 2 - run.iter().filter(|h| junction[half_edges.from(**h) as usize]).count().min(2);
         let first = run.iter().position(|h| junction[half_edges.from(*h) as usize]).unwrap_or(0);

@@ -191,6 +191,12 @@ pub(super) fn n_samples(curve: &Curve, start: &Point3, end: &Point3) -> usize {
 /// Radians of turn per interval: ten degrees.
 pub(super) const ANGLE_STEP: f64 = std::f64::consts::PI / 18.0;
 
+/// The point of a spline nearest to `point`.
+pub(super) fn nearest_on_spline(spline: &SplineSurface, point: &Point3) -> Point3 {
+    let (u, v) = project_on_spline(spline, point);
+    spline.point(u, v)
+}
+
 fn project_on_spline(spline: &SplineSurface, point: &Point3) -> (f64, f64) {
     /// Starts tried along each side.
     const GRID: usize = 12;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::assemble::{ChainEdge, chain_edges};
-use super::chains::{Topology, trace};
+use super::chains::{ChainLoop, Topology, trace};
+use super::domain::nearest_on_spline;
 use super::freeform::{self, Fitted};
 use super::geometry::{Corners, Course, corners, courses};
 use super::halfedge::HalfEdges;
@@ -15,6 +16,18 @@ use crate::mesh::Mesh;
 use crate::segment::RegionId;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
+
+/// Whether every sample of an edge is within `gap` of another edge.
+fn run_together(edge: &ChainEdge, other: &ChainEdge, gap: f64) -> bool {
+    let beside = |p: &Point3| {
+        other.samples.windows(2).any(|pair| {
+            let along = pair[1] - pair[0];
+            let share = (p - pair[0]).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
+            (pair[0] + along * share.clamp(0.0, 1.0) - p).norm() <= gap
+        })
+    };
+    edge.samples.iter().all(beside)
+}
 
 /// All geometry of one labelling.
 pub(super) struct Draft {
@@ -33,14 +46,21 @@ impl Draft {
         labels: &[u32],
         surfaces: &[Option<Surface>],
         demoted: &[bool],
+        facets: u32,
         tolerances: &Tolerances,
     ) -> Self {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
-        let (mut patches, patch_of) = patches(mesh, half_edges, labels, surfaces, spacing);
+        let (mut patches, patch_of) = patches(mesh, half_edges, labels, surfaces, facets, spacing);
         for patch in patches.iter_mut().filter(|p| demoted[p.region as usize]) {
             patch.surface = None;
         }
-        let topology = trace(mesh, half_edges, &patch_of);
+        let mut cornered = vec![false; mesh.vertices.len()];
+        for patch in patches.iter_mut().filter(|p| p.facet) {
+            let triangle = patch.triangles[0] as usize;
+            patch.origin = closed.labels[triangle];
+            mesh.triangles[triangle].iter().for_each(|v| cornered[*v as usize] = true);
+        }
+        let topology = trace(mesh, half_edges, &patch_of, &cornered);
         let mut draft = Self {
             patches,
             patch_of,
@@ -109,24 +129,36 @@ impl Draft {
         }
     }
 
-    /// Patches with a loop of fewer than two edges.
-    pub(super) fn collapsed(&self) -> Vec<usize> {
-        let mut found: Vec<usize> = self
-            .topology
-            .loops
-            .iter()
-            .filter(|run| run.uses.iter().filter(|(c, _)| self.edges[*c].is_some()).count() == 1)
-            .map(|run| run.patch as usize)
-            .collect();
+    /// Patches with a loop of fewer than two edges, or between two edges that are one within `gap`.
+    pub(super) fn collapsed(&self, gap: f64) -> Vec<usize> {
+        let mut n_loops = vec![0; self.patches.len()];
         let mut n_uses = vec![0; self.patches.len()];
+        let mut found: Vec<usize> = Vec::new();
         for run in &self.topology.loops {
-            n_uses[run.patch as usize] += run.uses.iter().filter(|(c, _)| self.edges[*c].is_some()).count();
+            let p = run.patch as usize;
+            let edges: Vec<&ChainEdge> =
+                run.uses.iter().filter_map(|(c, _)| self.edges[*c].as_ref()).collect();
+            n_loops[p] += 1;
+            n_uses[p] += edges.len();
+            let collapsed = match edges[..] {
+                [_] => true,
+                // The hole round such a face is as thin; to give away what surrounds it would be no cure.
+                [a, b] => run_together(a, b, gap) && self.is_island(run),
+                _ => false,
+            };
+            if collapsed {
+                found.push(p);
+            }
         }
-        let has_loops = |p: usize| self.topology.loops.iter().any(|r| r.patch as usize == p);
-        found.extend((0..self.patches.len()).filter(|p| n_uses[*p] == 0 && has_loops(*p)));
+        found.extend((0..self.patches.len()).filter(|p| n_uses[*p] == 0 && n_loops[*p] > 0));
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// Whether a loop is the only one of its patch.
+    fn is_island(&self, run: &ChainLoop) -> bool {
+        self.topology.loops.iter().filter(|r| r.patch == run.patch).count() == 1
     }
 
     /// The patches with a chain that ends in a corner.
@@ -191,8 +223,9 @@ impl Draft {
     /// Splines of the patches without an analytic surface.
     pub(super) fn splines(&self, mesh: &Mesh, tolerances: &Tolerances) -> Vec<Option<Fitted>> {
         let mut borders: Vec<Vec<Point3>> = vec![Vec::new(); self.patches.len()];
-        for (chain, edge) in self.topology.chains.iter().zip(&self.edges) {
-            let Some(edge) = edge else { continue };
+        for (i, (chain, edge)) in self.topology.chains.iter().zip(&self.edges).enumerate() {
+            // A border with facets is a zig-zag that no spline follows: there the corners come to the spline.
+            let Some(edge) = edge.as_ref().filter(|_| !self.courses[i].straight) else { continue };
             for p in [Some(chain.left), chain.right].into_iter().flatten() {
                 if self.patches[p as usize].surface.is_none() {
                     borders[p as usize].extend(edge.curve.sample(
@@ -205,11 +238,39 @@ impl Draft {
         }
         crate::par::map_indices(self.patches.len(), |p| {
             let patch = &self.patches[p];
-            if patch.surface.is_some() {
+            if patch.surface.is_some() || patch.facet {
                 return None;
             }
             freeform::fit(mesh, patch, &borders[p], tolerances.spacing(), tolerances.gap())
         })
+    }
+
+    /// Moves the corners that only facets and one spline share onto the spline, and the edges of facets with them.
+    pub(super) fn meet_splines(&mut self, splines: &[Option<Fitted>], spacing: f64, rounding: f64) {
+        let mut beside: Vec<Option<Vec<u32>>> = vec![None; self.corners.corners.len()];
+        let corner = |v: u32| self.corners.corner_of[v as usize].expect("chains end at junctions") as usize;
+        for (chain, course) in self.topology.chains.iter().zip(&self.courses) {
+            for c in [chain.start(), chain.end()].map(corner) {
+                let patches = beside[c].get_or_insert_with(Vec::new);
+                let sides = [Some(chain.left), chain.right].into_iter().flatten();
+                patches.extend(sides.filter(|p| !self.patches[*p as usize].facet));
+                if !course.straight {
+                    // The end of an edge that is not a facet's lies where that one lies.
+                    patches.push(u32::MAX);
+                }
+            }
+        }
+        for (c, patches) in beside.into_iter().enumerate() {
+            let mut patches = patches.unwrap_or_default();
+            patches.sort_unstable();
+            patches.dedup();
+            let [p] = patches[..] else { continue };
+            if let Some(Some(fitted)) = splines.get(p as usize) {
+                let point = &mut self.corners.corners[c].point;
+                *point = nearest_on_spline(&fitted.surface, point);
+            }
+        }
+        self.edges = chain_edges(&self.topology, &self.courses, &self.corners, spacing, rounding);
     }
 
     /// What is wrong with corners, edges and the shell; of the edges between two regions, and of the corners of the
@@ -240,7 +301,7 @@ impl Draft {
             let mut regions: Vec<u32> = touching
                 .flat_map(|chain| [Some(chain.left), chain.right])
                 .flatten()
-                .map(|p| self.patches[p as usize].region)
+                .map(|p| self.patches[p as usize].origin.0)
                 .collect();
             regions.sort_unstable();
             regions.dedup();
@@ -265,8 +326,8 @@ impl Draft {
         for (chain, edge) in self.topology.chains.iter().zip(&self.edges) {
             let Some(edge) = edge else { continue };
             if edge.gap > tolerances.gap() {
-                let left = self.patches[chain.left as usize].region;
-                let right = chain.right.map(|p| self.patches[p as usize].region);
+                let left = self.patches[chain.left as usize].origin.0;
+                let right = chain.right.map(|p| self.patches[p as usize].origin.0);
                 let pair = right.map_or((left, None), |right| (left.min(right), Some(left.max(right))));
                 let gap = worst.entry(pair).or_insert(edge.gap);
                 *gap = gap.max(edge.gap);

@@ -27,6 +27,8 @@ pub(super) struct Course {
     pub fields: Vec<Field>,
     /// The smoothed mesh chain, ends included.
     pub points: Vec<Point3>,
+    /// Whether its edge is the straight one of a facet.
+    pub straight: bool,
 }
 
 impl Course {
@@ -49,7 +51,9 @@ pub(super) fn courses(mesh: &Mesh, topology: &Topology, patches: &[Patch], spaci
     crate::par::map(&topology.chains, |chain| {
         let points = smooth(mesh, chain);
         let fields = chain_fields(chain, patches, &points, spacing);
-        Course { fields, points }
+        let sides = [Some(chain.left), chain.right];
+        let straight = sides.into_iter().flatten().any(|p| patches[p as usize].facet);
+        Course { fields, points, straight }
     })
 }
 
@@ -145,12 +149,18 @@ pub(super) fn corners(mesh: &Mesh, topology: &Topology, courses: &[Course], spac
     /// Joining can bring new neighbours together; it ends after a few rounds.
     const MAX_ROUNDS: usize = 4;
     let mut group: Vec<VertId> = (0..mesh.vertices.len() as u32).collect();
+    let mut on_facet = vec![false; mesh.vertices.len()];
+    for (chain, _) in topology.chains.iter().zip(courses).filter(|(_, course)| course.straight) {
+        chain.vertices.iter().for_each(|v| on_facet[*v as usize] = true);
+    }
     let mut solved = solve(mesh, topology, courses, &mut group, spacing);
     for _ in 0..MAX_ROUNDS {
         let mut merged = false;
         for (chain, course) in topology.chains.iter().zip(courses) {
             let (a, b) = (root(&mut group, chain.start()), root(&mut group, chain.end()));
-            if a == b || chain.vertices.len() > MERGE_EDGES + 1 {
+            // Facets would collapse with their corners.
+            let kept_apart = on_facet[chain.start() as usize] && on_facet[chain.end() as usize];
+            if a == b || kept_apart || chain.vertices.len() > MERGE_EDGES + 1 {
                 continue;
             }
             let corner = |v: VertId| solved.corner_of[v as usize].map(|c| solved.corners[c as usize].point);

@@ -7,6 +7,7 @@
 
 use super::attempt::{Attempt, Bench, Choice};
 use super::batch::{apart, batch};
+use super::facets::faceted;
 use super::relabel::{misplaced, relabellings, straightenings, sure_false_edges};
 use crate::par;
 
@@ -21,11 +22,11 @@ pub(super) enum Mend {
 
 /// The soundest attempt that small changes lead to from `start`.
 pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
-    demoted(bench, relabelled(bench, start))
+    faceted(bench, demoted(bench, relabelled(bench, start)))
 }
 
 /// Mends that take less than this from the severity are not worth a change.
-const WORTH: f64 = 1e-3;
+pub(super) const WORTH: f64 = 1e-3;
 
 /// Changes labels as long as that helps.
 fn relabelled(bench: &Bench, start: Attempt) -> Attempt {

@@ -11,6 +11,7 @@ pub mod close;
 mod curve;
 mod domain;
 mod draft;
+mod facets;
 mod freeform;
 mod geometry;
 mod halfedge;
@@ -91,6 +92,8 @@ pub enum IssueCode {
     GapLarge,
     /// A face became a B-spline.
     Freeform,
+    /// Part of a region became flat faces, one per triangle.
+    Facets,
 }
 
 impl IssueCode {
@@ -103,6 +106,7 @@ impl IssueCode {
             Self::CornerOff => "corner-off",
             Self::GapLarge => "gap-large",
             Self::Freeform => "freeform",
+            Self::Facets => "facets",
         }
     }
 }

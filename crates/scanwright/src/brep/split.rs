@@ -10,6 +10,7 @@
 use super::halfedge::HalfEdges;
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, try_unit};
 use crate::mesh::Mesh;
+use crate::segment::RegionId;
 use crate::surface::{Plane, Surface};
 
 /// Angles tried for a cut through the axis.
@@ -28,9 +29,13 @@ const WIDEST_CAP: f64 = 75.0 * std::f64::consts::PI / 180.0;
 /// A connected set of triangles that becomes one face.
 #[derive(Debug, Clone)]
 pub(super) struct Patch {
-    /// Index of its region.
+    /// Its label: the index of its region, or the one of all facets.
     pub region: u32,
-    /// Its surface; `None` when freeform.
+    /// The region that its face belongs to: of a facet the one it was cut out of.
+    pub origin: RegionId,
+    /// Whether it is one triangle of the mesh, to be a flat face by itself.
+    pub facet: bool,
+    /// Its surface; `None` when freeform or a facet.
     pub surface: Option<Surface>,
     /// The surface that it was cut for, also when a B-spline takes its place.
     pub chart: Option<Surface>,
@@ -47,15 +52,17 @@ pub(super) struct Cut {
     pub above: bool,
 }
 
-/// The patches of a labelled mesh and the patch of each triangle.
+/// The patches of a labelled mesh and the patch of each triangle. Triangles labelled `facets` are patches of their own.
 pub(super) fn patches(
     mesh: &Mesh,
     half_edges: &HalfEdges,
     labels: &[u32],
     surfaces: &[Option<Surface>],
+    facets: u32,
     spacing: f64,
 ) -> (Vec<Patch>, Vec<u32>) {
-    let (component, n) = half_edges.components(|t| labels[t]);
+    let apart = |t: usize| if labels[t] == facets { facets + t as u32 } else { labels[t] };
+    let (component, n) = half_edges.components(apart);
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); n];
     for (t, c) in component.iter().enumerate() {
         members[*c as usize].push(t as u32);
@@ -70,12 +77,15 @@ pub(super) fn patches(
     };
     for (c, triangles) in members.iter().enumerate() {
         let label = labels[triangles[0] as usize];
+        if label == facets {
+            continue;
+        }
         match &surfaces[label as usize] {
             Some(surface) => work.cut(c, triangles, surface),
             None => work.cut_freeform(c, triangles),
         }
     }
-    collect(&work, labels, surfaces, &members, spacing)
+    collect(&work, labels, surfaces, facets, &members, spacing)
 }
 
 struct Cutter<'a> {
@@ -327,6 +337,7 @@ fn collect(
     work: &Cutter,
     labels: &[u32],
     surfaces: &[Option<Surface>],
+    facets: u32,
     members: &[Vec<u32>],
     spacing: f64,
 ) -> (Vec<Patch>, Vec<u32>) {
@@ -352,7 +363,17 @@ fn collect(
             let cuts = work.planes[c].iter().enumerate();
             let cuts = cuts.map(|(i, plane)| Cut { plane: *plane, above: side[t] >> i & 1 == 1 }).collect();
             let surface = surfaces[labels[t] as usize];
-            patches.push(Patch { region: labels[t], surface, chart: surface, cuts, triangles: Vec::new() });
+            let facet = labels[t] == facets;
+            let origin = RegionId(labels[t]);
+            patches.push(Patch {
+                region: labels[t],
+                origin,
+                facet,
+                surface,
+                chart: surface,
+                cuts,
+                triangles: Vec::new(),
+            });
         }
         patches[id].triangles.push(t as u32);
     }

@@ -58,6 +58,11 @@ const SKIRT_COSINE: f64 = 0.707;
 /// Height of the middle of the skirt in deviations of the spot: blur draws a square concave corner in by
 /// `b / sqrt(pi)` on each side.
 const SKIRT_SPOTS: f64 = 0.564;
+/// Side, in spacings, of the square as large as a piece of table that its surroundings lift as a whole: they reach
+/// over about three spacings from each side.
+const NARROW: f64 = 7.0;
+/// Mean lift of such a piece as a share of the lift at its border.
+const MEAN_LIFT: f64 = 0.5;
 /// Rounding of edges, in spacings, below which they say nothing about the skirt.
 const SHARP_EDGE: f64 = 0.2;
 /// Spot in spacings when no sharp edge showed it.
@@ -243,16 +248,20 @@ fn table_triangles(
         });
     }
     let on_table: Vec<bool> = mesh.triangles.iter().map(|t| t.iter().all(|&v| low[v as usize])).collect();
-    without_islands(mesh, adjacency, &heights, noise, on_table)
+    let lift = MEAN_LIFT * SKIRT_SPOTS * spot;
+    let narrow = (NARROW * tolerances.spacing()).powi(2);
+    without_islands(mesh, adjacency, &heights, noise, (narrow, lift), on_table)
 }
 
 /// Gives crumbs of noise back: pieces of table whose mean is off the table belong to a step of the part, and pieces
-/// of part that rise nowhere above the noise are table.
+/// of part that rise nowhere above the noise are table. What the scan shows of the table through a narrow bore is fused
+/// with the wall all round and lifted by it: pieces of an area below `narrow.0` may be higher by `narrow.1`.
 fn without_islands(
     mesh: &Mesh,
     adjacency: &Adjacency,
     heights: &[f64],
     noise: f64,
+    narrow: (f64, f64),
     mut on_table: Vec<bool>,
 ) -> Vec<bool> {
     let mut visited = vec![false; on_table.len()];
@@ -278,7 +287,9 @@ fn without_islands(
             }
         }
         let wrong = if kind {
-            sum / island.len() as f64 > MAX_MEAN_SHARE * noise
+            let area: f64 = island.iter().map(|t| mesh.area(*t)).sum();
+            let lift = if area < narrow.0 { narrow.1 } else { 0.0 };
+            sum / island.len() as f64 > MAX_MEAN_SHARE * noise + lift
         } else {
             highest < ISLAND_NOISES * noise
         };

@@ -20,6 +20,9 @@ pub enum Code {
     /// A region that no analytic surface describes.
     #[serde(rename = "W_FREEFORM")]
     Freeform,
+    /// Part of a region became flat faces, one per triangle.
+    #[serde(rename = "W_FACETS")]
+    Facets,
     /// Triangles of the part that belong to no region.
     #[serde(rename = "W_UNEXPLAINED")]
     Unexplained,
@@ -45,11 +48,12 @@ pub enum Code {
 
 impl Code {
     /// All codes.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::UnitsAssumed,
         Self::SupportRemoved,
         Self::AmbiguousType,
         Self::Freeform,
+        Self::Facets,
         Self::Unexplained,
         Self::AssumedFace,
         Self::FaceDropped,
@@ -66,6 +70,7 @@ impl Code {
             Self::SupportRemoved => "W_SUPPORT_REMOVED",
             Self::AmbiguousType => "W_AMBIGUOUS_TYPE",
             Self::Freeform => "W_FREEFORM",
+            Self::Facets => "W_FACETS",
             Self::Unexplained => "W_UNEXPLAINED",
             Self::AssumedFace => "W_ASSUMED_FACE",
             Self::FaceDropped => "W_FACE_DROPPED",
@@ -80,6 +85,7 @@ impl Code {
     pub fn fallback(self) -> Option<Fallback> {
         match self {
             Self::Freeform => Some(Fallback::Freeform),
+            Self::Facets => Some(Fallback::Facets),
             Self::Open | Self::Invalid | Self::NoSolid => Some(Fallback::Open),
             Self::UnitsAssumed
             | Self::SupportRemoved
@@ -100,6 +106,8 @@ pub enum Fallback {
     Open,
     /// A face without an analytic surface.
     Freeform,
+    /// Flat faces, one per triangle of the scan.
+    Facets,
 }
 
 impl Fallback {
@@ -108,6 +116,7 @@ impl Fallback {
         match self {
             Self::Open => "open",
             Self::Freeform => "freeform",
+            Self::Facets => "facets",
         }
     }
 }
@@ -206,6 +215,7 @@ pub(super) fn of_issue(issue: &Issue) -> Warning {
         IssueCode::FaceDropped => Code::FaceDropped,
         IssueCode::CornerOff | IssueCode::GapLarge => Code::Gap,
         IssueCode::Freeform => Code::Freeform,
+        IssueCode::Facets => Code::Facets,
     };
     Warning { code, region: issue.region, text: issue.message.clone() }
 }

@@ -23,27 +23,42 @@ pub(super) fn check(solid: &Solid) -> Vec<Problem> {
             segments
                 .extend((0..n).map(|i| Segment { ends: (polygon[i], polygon[(i + 1) % n]), edge: edges[i] }));
         }
-        let (crossings, first) = count_crossings(&mut segments);
-        first.map(|edges| Problem::LoopsCross { face: FaceId(f as u32), edges, crossings })
+        let (crossings, first) = crossings(&mut segments);
+        first.map(|edges| Problem::LoopsCross {
+            face: FaceId(f as u32),
+            edges,
+            crossings: crossings.len(),
+            places: crossings.into_iter().take(MOST_PLACES).map(|uv| domain.point(uv)).collect(),
+        })
     });
     per_face.into_iter().flatten().collect()
 }
 
-/// The number of crossings and the edges of one of them.
-fn count_crossings(segments: &mut [Segment]) -> (usize, Option<[EdgeId; 2]>) {
+/// Crossings that are located: more show no other fault.
+const MOST_PLACES: usize = 20;
+
+/// The crossings and the edges of the first of them.
+fn crossings(segments: &mut [Segment]) -> (Vec<Uv>, Option<[EdgeId; 2]>) {
     let low = |s: &Segment| s.ends.0[0].min(s.ends.1[0]);
     segments.sort_by(|a, b| low(a).total_cmp(&low(b)));
-    let (mut count, mut first) = (0, None);
+    let (mut found, mut first) = (Vec::new(), None);
     for (i, a) in segments.iter().enumerate() {
         let high = a.ends.0[0].max(a.ends.1[0]);
         for b in segments[i + 1..].iter().take_while(|b| low(b) <= high) {
             if crosses(&a.ends, &b.ends) {
-                count += 1;
+                found.push(crossing(&a.ends, &b.ends));
                 first.get_or_insert([a.edge, b.edge]);
             }
         }
     }
-    (count, first)
+    (found, first)
+}
+
+/// Where the lines of two segments that cross meet.
+fn crossing((a, b): &(Uv, Uv), (c, d): &(Uv, Uv)) -> Uv {
+    let side = |p: &Uv| (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0]);
+    let share = side(a) / (side(a) - side(b));
+    [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
 
 /// Whether the insides of two segments cross; touching ends do not.

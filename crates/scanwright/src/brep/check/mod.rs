@@ -13,6 +13,7 @@ mod vertex_on_curve;
 mod volume;
 
 use super::solid::{EdgeId, FaceId, Solid, VertexId};
+use crate::math::Point3;
 
 /// How sound a solid is; each rung holds all below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -75,6 +76,8 @@ pub enum Problem {
         face: FaceId,
         /// The edges of one of the crossings.
         edges: [EdgeId; 2],
+        /// Where the crossings are, on the face.
+        places: Vec<Point3>,
         /// Pairs of crossing segments.
         crossings: usize,
     },
