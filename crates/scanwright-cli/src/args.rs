@@ -59,10 +59,10 @@ pub struct ConvertArgs {
     /// Largest gap the solid may have, in the scan's unit [default: far below what the scan can show]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub tolerance: Option<f64>,
-    /// Fallbacks that count as success: a list of open, freeform
+    /// Fallbacks that count as success: a list of open, freeform, facets
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,
-    /// Write nothing rather than fall back on an open shell or a freeform face
+    /// Write nothing rather than fall back on an open shell, a freeform face or facets
     #[arg(long)]
     pub strict: bool,
     /// Flavour of STEP

@@ -47,6 +47,8 @@ pub(super) struct Flaw {
     pub at: Vec<Point3>,
     /// How much it is worth to be rid of it.
     pub weight: f64,
+    /// Whether a receiving program would refuse the part for it.
+    pub fatal: bool,
 }
 
 /// A labelling with the solids it gives.
@@ -136,6 +138,7 @@ impl<'a> Bench<'a> {
                 patches: made.patches_of(problem),
                 at: made.points_of(problem),
                 weight: self.weight(problem),
+                fatal: true,
             }));
         }
         /// Share of the limit that splines may use: readers compare curves with them by parameter, not by distance.
@@ -146,7 +149,8 @@ impl<'a> Bench<'a> {
             if let Some(off) = off.filter(|off| *off > 0.0) {
                 let triangles = &draft.patches[p].triangles;
                 let at = vec![self.closed.mesh.triangle_center(triangles[triangles.len() / 2] as usize)];
-                flaws.push(Flaw { patches: vec![p], at, weight: off / spacing });
+                let fatal = off > (1.0 - BY_PARAMETER) * self.limit;
+                flaws.push(Flaw { patches: vec![p], at, weight: off / spacing, fatal });
             }
         }
         for (c, corner) in draft.corners.corners.iter().enumerate() {
@@ -155,6 +159,8 @@ impl<'a> Bench<'a> {
                     patches: draft.patches_at(c as u32),
                     at: vec![corner.point],
                     weight: (corner.residual - self.limit) / spacing,
+                    // What it does to edges is a flaw of theirs.
+                    fatal: false,
                 });
             }
         }

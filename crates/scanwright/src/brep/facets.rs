@@ -1,6 +1,6 @@
 //! The last resort: where no surface and no B-spline gives a sound face, the triangles of the scan become flat faces.
 //!
-//! A flaw is mended where it is: the triangles within some spacings of it are cut out of their regions, whatever these
+//! Only for flaws that receiving programs would refuse the part for. A flaw is mended where it is: the triangles within some spacings of it are cut out of their regions, whatever these
 //! are, and each is a face between three straight edges. Its corners stay on the mesh, those at the rim on the surfaces
 //! beside it, so nothing is left to extend or to intersect. What does not help is not kept; the reach grows while
 //! something is wrong, and in the end takes the whole of the faces at fault.
@@ -26,7 +26,7 @@ pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
     let mut best = start;
     let mut tried: Vec<Mend> = Vec::new();
     let mut n_trials = 0;
-    while n_trials < MAX_TRIALS && best.severity() > 0.0 {
+    while n_trials < MAX_TRIALS && best.flaws.iter().any(|f| f.fatal) {
         let mends: Vec<Mend> = zones(bench, &best).into_iter().filter(|m| !tried.contains(m)).collect();
         let mends = apart(bench, &best, &mends);
         if mends.is_empty() {
@@ -40,13 +40,13 @@ pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
     best
 }
 
-/// For every flaw the triangles round it that may become facets, the smallest zones first.
+/// For every fatal flaw the triangles round it that may become facets, the smallest zones first.
 fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let labels = &attempt.choice.labels;
     let n_facets = labels.iter().filter(|l| **l == bench.facets).count();
     let mut mends = Vec::new();
     for reach in REACHES.map(Some).into_iter().chain([None]) {
-        for flaw in &attempt.flaws {
+        for flaw in attempt.flaws.iter().filter(|f| f.fatal) {
             let mut taken = vec![false; labels.len()];
             match reach {
                 Some(reach) => take_round(bench, attempt, flaw, reach, &mut taken),
@@ -114,5 +114,139 @@ fn take_misfits(bench: &Bench, attempt: &Attempt, taken: &mut [bool]) {
                 front.push(u);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::attempt::Choice;
+    use crate::brep::check::check;
+    use crate::brep::solid::Geometry;
+    use crate::brep::{LabelledMesh, tessellate};
+    use crate::math::{Axis, Vec3};
+    use crate::mesh::Mesh;
+    use crate::recognize::{Primitive, Residual};
+    use crate::segment::RegionId;
+    use crate::surface::{Cylinder, Plane, Surface};
+    use crate::tolerance::{Measured, Tolerances};
+
+    const RADIUS: f64 = 10.0;
+    const HEIGHT: f64 = 12.0;
+    const N_ROUND: u32 = 64;
+    const N_UP: u32 = 12;
+
+    /// A rod: its wall is region 0, its bottom 1, its top 2.
+    fn rod() -> LabelledMesh {
+        let mut vertices = Vec::new();
+        for i in 0..=N_UP {
+            for k in 0..N_ROUND {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(N_ROUND)).sin_cos();
+                vertices.push(Point3::new(
+                    RADIUS * cos,
+                    RADIUS * sin,
+                    HEIGHT * f64::from(i) / f64::from(N_UP),
+                ));
+            }
+        }
+        let (mut triangles, mut labels) = (Vec::new(), Vec::new());
+        let at = |i: u32, k: u32| i * N_ROUND + k % N_ROUND;
+        for (i, k) in (0..N_UP).flat_map(|i| (0..N_ROUND).map(move |k| (i, k))) {
+            triangles.push([at(i, k), at(i, k + 1), at(i + 1, k)]);
+            triangles.push([at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)]);
+            labels.extend([RegionId(0); 2]);
+        }
+        for (center, ring, label) in [(0.0, 0, 1), (HEIGHT, N_UP, 2)] {
+            vertices.push(Point3::new(0.0, 0.0, center));
+            let middle = vertices.len() as u32 - 1;
+            for k in 0..N_ROUND {
+                let (a, b) = (at(ring, k), at(ring, k + 1));
+                triangles.push(if label == 1 { [middle, b, a] } else { [middle, a, b] });
+                labels.push(RegionId(label));
+            }
+        }
+        let plane = |z: f64, up: f64| {
+            Surface::Plane(Plane {
+                point: Point3::new(0.0, 0.0, z),
+                normal: nalgebra::Unit::new_normalize(Vec3::z() * up),
+            })
+        };
+        let axis = Axis { origin: Point3::origin(), direction: Vec3::z_axis() };
+        let surfaces =
+            [Surface::Cylinder(Cylinder { axis, radius: RADIUS }), plane(0.0, -1.0), plane(HEIGHT, 1.0)];
+        let primitives = surfaces.map(|surface| Primitive {
+            surface: Some(surface),
+            outward: true,
+            residual: Residual::default(),
+            covariance: Vec::new(),
+            ambiguous: None,
+        });
+        let assumed = vec![false; labels.len()];
+        LabelledMesh { mesh: Mesh { vertices, triangles }, labels, primitives: primitives.to_vec(), assumed }
+    }
+
+    fn tolerances() -> Tolerances {
+        let diagonal = (8.0 * RADIUS * RADIUS + HEIGHT * HEIGHT).sqrt();
+        let measured = Measured {
+            largest_coordinate: HEIGHT,
+            diagonal,
+            spacing: 1.0,
+            noise: 0.0,
+            normal_noise: 0.0,
+            edge_rounding: 0.0,
+        };
+        Tolerances::new(measured, None)
+    }
+
+    fn choice(rod: &LabelledMesh, bench: &Bench, facet: impl Fn(&Point3) -> bool) -> Choice {
+        let center = |t: usize| rod.mesh.triangle_center(t);
+        let label = |t: usize| if facet(&center(t)) { bench.facets } else { rod.labels[t].0 };
+        Choice {
+            labels: (0..rod.labels.len()).map(label).collect(),
+            demoted: vec![false; bench.surfaces.len()],
+        }
+    }
+
+    #[test]
+    fn facets_over_an_edge_fit_between_the_surfaces_beside_them() {
+        let rod = rod();
+        let tolerances = tolerances();
+        let bench = Bench::new(&rod, &tolerances);
+        for spline in [false, true] {
+            // A piece of the wall and of the top, all round the edge between them.
+            let mut choice = choice(&rod, &bench, |p| p.x > 0.0 && p.y.abs() < 5.0 && p.z > 6.5);
+            choice.demoted[0] = spline;
+            let attempt = bench.attempt(choice);
+            let [made] = &attempt.solids[..] else { panic!("one solid, not {}", attempt.solids.len()) };
+            assert_eq!(check(&made.solid, bench.limit), [], "wall a spline: {spline}");
+            let n_facets = attempt.choice.labels.iter().filter(|l| **l == bench.facets).count();
+            let flat = |s: &Geometry| matches!(s, Geometry::Analytic(Surface::Plane(_)));
+            let n_flat = made.solid.surfaces.iter().filter(|s| flat(s)).count();
+            assert!(n_facets > 50 && n_flat == n_facets + 2, "{n_flat} planes, {n_facets} facets");
+            // No facet belongs to a region that does not exist.
+            assert!(made.solid.faces.iter().all(|face| face.region.0 < 3));
+            let volume = tessellate(&made.solid).mesh.signed_volume();
+            let exact = std::f64::consts::PI * RADIUS * RADIUS * HEIGHT;
+            // Chords of the mesh and of the triangles lie inside by at most the square of ten degrees.
+            assert!((volume - exact).abs() < 0.015 * exact, "{volume} instead of {exact}");
+        }
+    }
+
+    #[test]
+    fn a_surface_that_misses_its_neighbours_is_mended_where_it_does() {
+        let mut rod = rod();
+        // The top was read as a plane that meets the wall nowhere near the mesh.
+        rod.primitives[2].surface = Some(Surface::Plane(Plane {
+            point: Point3::new(0.0, 0.0, HEIGHT),
+            normal: nalgebra::Unit::new_normalize(Vec3::new(1.0, 0.2, 0.05)),
+        }));
+        let tolerances = tolerances();
+        let bench = Bench::new(&rod, &tolerances);
+        let start = bench.attempt(choice(&rod, &bench, |_| false));
+        assert!(start.severity() > 0.0);
+        let mended = faceted(&bench, start);
+        assert!(!mended.flaws.iter().any(|f| f.fatal), "{:?}", mended.flaws);
+        let facets = mended.choice.labels.iter().filter(|l| **l == bench.facets).count();
+        assert!(facets > 0 && facets < rod.labels.len());
     }
 }

@@ -52,7 +52,9 @@ pub enum Problem {
         index: usize,
     },
     /// A loop runs the wrong way round its face.
-    #[error("loop {index} of face {face:?} runs the wrong way: area {area} in the parameter plane")]
+    #[error(
+        "loop {index} of face {face:?} runs the wrong way or encloses nothing: area {area:.3e} in the parameter plane"
+    )]
     LoopDirection {
         /// The face.
         face: FaceId,
@@ -159,7 +161,7 @@ pub fn check(solid: &Solid, gap: f64) -> Vec<Problem> {
     problems.extend(vertex_on_curve::check(solid, gap));
     problems.extend(curve_on_surface::check(solid, gap));
     if solid.faces.iter().all(|f| f.loops.iter().all(|l| !l.uses.is_empty())) {
-        problems.extend(loop_direction::check(solid));
+        problems.extend(loop_direction::check(solid, gap));
         problems.extend(loop_winding::check(solid));
         problems.extend(loop_crossing::check(solid));
     }

@@ -131,6 +131,9 @@ const NEAR_SUPPORT: f64 = 8.0;
 fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, made: &mut Made) {
     let mut members: Vec<(usize, Vec<u32>)> = Vec::new();
     for (i, hole) in holes.iter().enumerate() {
+        if is_pinhole(shell, hole) {
+            continue;
+        }
         if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.reaches(shell, table)) {
             members.push((i, vec![mouth.label; hole.rim.len()]));
             continue;
@@ -158,6 +161,17 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
         // The shortest loop is the least certain to stand on the table.
         group.pop();
     }
+}
+
+/// Whether a hole lies inside one region and is smaller than any opening that a scan can show: data that is missing, not
+/// a way down to the table.
+fn is_pinhole(shell: &Shell, hole: &Hole) -> bool {
+    /// In spacings: length of the rim of a round opening two spacings wide.
+    const RIM: f64 = 6.3;
+    let at = |v: u32| shell.mesh.vertices[v as usize];
+    let next = hole.rim.iter().cycle().skip(1);
+    let length: f64 = hole.rim.iter().zip(next).map(|(a, b)| (at(*b) - at(*a)).norm()).sum();
+    hole.labels.windows(2).all(|pair| pair[0] == pair[1]) && length <= RIM * shell.spacing
 }
 
 /// Fills the rings between loops that lie on one plane, such as a shoulder that is seen in places.
