@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
+use super::custom::Custom;
 use super::{MAX_ACCIDENT, MAX_SIGMAS};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3};
 
@@ -54,22 +55,42 @@ struct Agreement {
     covariance: Matrix2<f64>,
     /// Square of the deviation in standard uncertainties.
     z_sq: f64,
-    /// Probability that a random direction would agree as well as is asked.
-    accident: f64,
+    /// Density of the deviation if both mean one direction over its density if they have nothing in common.
+    odds: f64,
+    /// Largest value of `odds` that such a pair could show.
+    best_odds: f64,
 }
 
 impl Agreement {
-    fn new(one: &Direction, other: &Direction) -> Option<Self> {
+    /// `pencil`: a direction that both are known to be perpendicular to, if there is one.
+    fn new(one: &Direction, other: &Direction, pencil: Option<&UnitVec3>) -> Option<Self> {
         let tangents = one.tangents();
         let sign = if one.unit.dot(&other.unit) < 0.0 { -1.0 } else { 1.0 };
         let difference: Vec3 = other.unit.into_inner() * sign - one.unit.into_inner();
         let deviation = tangents.transpose() * difference;
         let covariance = one.in_tangents(&tangents) + other.in_tangents(&tangents);
         let z_sq = deviation.dot(&(covariance.try_inverse()? * deviation));
-        // The ellipse of `max_z_sq` as a share of the hemisphere of 2 pi.
-        let accident = 0.5 * max_z_sq() * covariance.determinant().max(0.0).sqrt();
-        Some(Self { tangents, deviation, covariance, z_sq, accident })
+        let (best_odds, exponent) = match pencil {
+            // Unrelated directions are uniform over the hemisphere of 2 pi.
+            None => (1.0 / covariance.determinant().max(0.0).sqrt(), z_sq),
+            // In a pencil they are uniform over pi.
+            Some(axis) => {
+                let along = tangents.transpose() * axis.cross(&one.unit);
+                let variance = along.dot(&(covariance * along));
+                let best = (0.5 * std::f64::consts::PI / variance).sqrt();
+                (best, along.dot(&deviation).powi(2) / variance)
+            }
+        };
+        let odds = best_odds * (-0.5 * exponent).exp();
+        Some(Self { tangents, deviation, covariance, z_sq, odds, best_odds })
     }
+}
+
+/// Whether the scan does not contradict that two directions are perpendicular.
+fn may_be_perpendicular(one: &Direction, other: &Direction) -> bool {
+    let (u, v) = (one.unit.into_inner(), other.unit.into_inner());
+    let variance = v.dot(&(one.covariance * v)) + u.dot(&(other.covariance * u));
+    u.dot(&v).abs() < MAX_SIGMAS * variance.sqrt()
 }
 
 /// Square of the deviation of two coordinates that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
@@ -100,29 +121,64 @@ impl Cluster {
 
 /// Clusters of parallel directions, best seen first. `directions`: one per primitive, `None` for those without.
 ///
-/// The best seen direction that no cluster holds founds one; each other joins the cluster that it agrees with best.
-/// Strong directions thus meet before weak ones could draw them together, and a face of a well-seen draft founds a
-/// cluster of its own.
+/// Directions come best seen first, so that strong ones meet before weak ones could draw them together. Each joins the
+/// cluster that it most probably belongs to, if that is probable enough, or founds one: a face of a well-seen draft
+/// contradicts every cluster, and a badly seen flank of a gear fits so many that none is probable.
 pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
     let mut order: Vec<(f64, usize, Direction)> =
         directions.iter().enumerate().filter_map(|(k, d)| d.map(|d| (d.spread(), k, d))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut clusters: Vec<Cluster> = Vec::new();
-    for (_, k, direction) in order {
-        let trials = clusters.len() as f64;
-        let best = clusters
-            .iter_mut()
-            .filter_map(|c| Agreement::new(&c.direction, &direction).map(|a| (a, c)))
-            .filter(|(a, _)| a.z_sq < max_z_sq() && a.accident * trials < MAX_ACCIDENT)
-            .min_by(|(a, _), (b, _)| a.z_sq.total_cmp(&b.z_sq));
-        let joint = best.and_then(|(a, c)| c.direction.and(&a).map(|joint| (joint, c)));
-        match joint {
-            Some((joint, cluster)) => {
-                cluster.direction = joint;
-                cluster.members.push(k);
+    let mut custom = Custom::default();
+    for (n_before, (_, k, direction)) in order.into_iter().enumerate() {
+        let found = home(&clusters, &direction, n_before as f64, &custom);
+        if let Some(informative) = found.informative {
+            custom.count(informative);
+        }
+        match found.joint {
+            Some((c, joint)) => {
+                clusters[c].direction = joint;
+                clusters[c].members.push(k);
             }
             None => clusters.push(Cluster { direction, members: vec![k], perpendicular: false }),
         }
     }
     clusters
+}
+
+/// Where a direction belongs.
+struct Home {
+    /// The cluster, and its direction with the new one.
+    joint: Option<(usize, Direction)>,
+    /// Whether it agrees with a cluster, if it is seen so well that agreement would prove the relation.
+    informative: Option<bool>,
+}
+
+/// The cluster that `direction` belongs to. A priori it joins one as often as others did, a large one rather than a
+/// small one, in proportion to members; `n_before`: number of directions in all clusters.
+fn home(clusters: &[Cluster], direction: &Direction, n_before: f64, custom: &Custom) -> Home {
+    let pencils: Vec<&Cluster> =
+        clusters.iter().filter(|c| may_be_perpendicular(&c.direction, direction)).collect();
+    let prior = custom.prior();
+    let mut best: Option<(f64, usize, Agreement)> = None;
+    let (mut sum, mut least) = (1.0 - prior, f64::INFINITY);
+    for (c, cluster) in clusters.iter().enumerate() {
+        let pencil = pencils
+            .iter()
+            .find(|p| may_be_perpendicular(&p.direction, &cluster.direction))
+            .map(|p| &p.direction.unit);
+        let Some(agreement) = Agreement::new(&cluster.direction, direction, pencil) else { continue };
+        let share = cluster.members.len() as f64 / n_before;
+        let weight = prior * share * agreement.odds;
+        sum += weight;
+        least = least.min(share * agreement.best_odds);
+        if agreement.z_sq < max_z_sq() && best.as_ref().is_none_or(|(w, _, _)| *w < weight) {
+            best = Some((weight, c, agreement));
+        }
+    }
+    let informative = (MAX_ACCIDENT * least > 1.0 && least.is_finite()).then_some(best.is_some());
+    let joint = best
+        .filter(|(weight, _, _)| sum - weight < MAX_ACCIDENT * sum)
+        .and_then(|(_, c, agreement)| clusters[c].direction.and(&agreement).map(|joint| (c, joint)));
+    Home { joint, informative }
 }

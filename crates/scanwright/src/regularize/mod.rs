@@ -11,6 +11,7 @@
 //! measured in its own standard uncertainty. No points are fitted again: a primitive is represented by its estimate
 //! and its covariance. Cost O(vertices) for the evidence and O(directions^2) for the relations.
 
+mod custom;
 mod directions;
 mod enforce;
 mod evidence;

@@ -8,6 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3x2};
 
+use super::custom::Custom;
 use super::directions::Cluster;
 use super::{MAX_ACCIDENT, MAX_SIGMAS};
 use crate::math::{Mat3, UnitVec3, Vec3};
@@ -152,12 +153,15 @@ fn accepted(state: &State) -> Vec<(usize, usize)> {
             continue;
         }
         let holds = cosine.abs() < MAX_SIGMAS * variance.sqrt();
+        // What is the rule with the better seen of the two needs less evidence than what would be an exception.
         let custom = &mut customs[pair.0];
         if holds && custom.accident(accident(variance)) < MAX_ACCIDENT {
             state.observe(cosine, &row, variance);
             pairs.push(pair);
         }
-        custom.count(holds, accident(variance));
+        if accident(variance) < MAX_ACCIDENT {
+            custom.count(holds);
+        }
     }
     pairs
 }
@@ -165,29 +169,4 @@ fn accepted(state: &State) -> Vec<(usize, usize)> {
 /// Probability that random directions are perpendicular as well as is asked: their cosine is uniform in [-1, 1].
 fn accident(variance: f64) -> f64 {
     MAX_SIGMAS * variance.sqrt()
-}
-
-/// How often others are perpendicular to one cluster, by those seen well enough to tell: what is the rule on a part
-/// needs less evidence than what would be an exception.
-#[derive(Debug, Clone, Copy, Default)]
-struct Custom {
-    tested: f64,
-    held: f64,
-}
-
-impl Custom {
-    fn count(&mut self, holds: bool, accident: f64) {
-        if accident < MAX_ACCIDENT {
-            self.tested += 1.0;
-            self.held += f64::from(u8::from(holds));
-        }
-    }
-
-    /// Probability that a relation that holds does so by `accident`, by Bayes' rule; the prior is Laplace's rule of
-    /// succession.
-    fn accident(&self, accident: f64) -> f64 {
-        let prior = (self.held + 1.0) / (self.tested + 2.0);
-        let by_accident = (1.0 - prior) * accident;
-        by_accident / (by_accident + prior)
-    }
 }
