@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
-use super::custom::Custom;
 use super::{MAX_ACCIDENT, MAX_SIGMAS};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3};
 
@@ -57,8 +56,6 @@ struct Agreement {
     z_sq: f64,
     /// Density of the deviation if both mean one direction over its density if they have nothing in common.
     odds: f64,
-    /// Largest value of `odds` that such a pair could show.
-    best_odds: f64,
 }
 
 impl Agreement {
@@ -70,7 +67,7 @@ impl Agreement {
         let deviation = tangents.transpose() * difference;
         let covariance = one.in_tangents(&tangents) + other.in_tangents(&tangents);
         let z_sq = deviation.dot(&(covariance.try_inverse()? * deviation));
-        let (best_odds, exponent) = match pencil {
+        let (best, exponent) = match pencil {
             // Unrelated directions are uniform over the hemisphere of 2 pi.
             None => (1.0 / covariance.determinant().max(0.0).sqrt(), z_sq),
             // In a pencil they are uniform over pi.
@@ -81,8 +78,8 @@ impl Agreement {
                 (best, along.dot(&deviation).powi(2) / variance)
             }
         };
-        let odds = best_odds * (-0.5 * exponent).exp();
-        Some(Self { tangents, deviation, covariance, z_sq, odds, best_odds })
+        let odds = best * (-0.5 * exponent).exp();
+        Some(Self { tangents, deviation, covariance, z_sq, odds })
     }
 }
 
@@ -124,18 +121,35 @@ impl Cluster {
 /// Directions come best seen first, so that strong ones meet before weak ones could draw them together. Each joins the
 /// cluster that it most probably belongs to, if that is probable enough, or founds one: a face of a well-seen draft
 /// contradicts every cluster, and a badly seen flank of a gear fits so many that none is probable.
+///
+/// How many directions of this part join a cluster is its own prior, by expectation and maximization (A. Dempster,
+/// N. Laird, D. Rubin, Journal of the Royal Statistical Society B 39 (1977), 1-38) from a start of one half.
 pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
+    /// Rounds of estimating the prior: it moves by less than a hundredth in the last.
+    const ROUNDS: usize = 6;
     let mut order: Vec<(f64, usize, Direction)> =
         directions.iter().enumerate().filter_map(|(k, d)| d.map(|d| (d.spread(), k, d))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut prior = 0.5;
+    let mut clusters = Vec::new();
+    for _ in 0..ROUNDS {
+        let joined;
+        (clusters, joined) = gathered(&order, prior);
+        // Laplace's rule of succession; the first direction has nothing to join.
+        prior = (joined + 1.0) / (order.len() as f64 + 1.0);
+    }
+    clusters
+}
+
+/// Clusters of the directions in `order`, and how many of these are expected to have joined one. `prior`: probability
+/// that one does.
+fn gathered(order: &[(f64, usize, Direction)], prior: f64) -> (Vec<Cluster>, f64) {
     let mut clusters: Vec<Cluster> = Vec::new();
-    let mut custom = Custom::default();
-    for (n_before, (_, k, direction)) in order.into_iter().enumerate() {
-        let found = home(&clusters, &direction, n_before as f64, &custom);
-        if let Some(informative) = found.informative {
-            custom.count(informative);
-        }
-        match found.joint {
+    let mut n_joined = 0.0;
+    for (n_before, &(_, k, direction)) in order.iter().enumerate() {
+        let home = home(&clusters, &direction, n_before as f64, prior);
+        n_joined += home.probability;
+        match home.joint {
             Some((c, joint)) => {
                 clusters[c].direction = joint;
                 clusters[c].members.push(k);
@@ -143,42 +157,41 @@ pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
             None => clusters.push(Cluster { direction, members: vec![k], perpendicular: false }),
         }
     }
-    clusters
+    (clusters, n_joined)
 }
 
 /// Where a direction belongs.
 struct Home {
     /// The cluster, and its direction with the new one.
     joint: Option<(usize, Direction)>,
-    /// Whether it agrees with a cluster, if it is seen so well that agreement would prove the relation.
-    informative: Option<bool>,
+    /// Probability that it belongs to any.
+    probability: f64,
 }
 
-/// The cluster that `direction` belongs to. A priori it joins one as often as others did, a large one rather than a
+/// The cluster that `direction` belongs to. A priori it joins one with probability `prior`, a large one rather than a
 /// small one, in proportion to members; `n_before`: number of directions in all clusters.
-fn home(clusters: &[Cluster], direction: &Direction, n_before: f64, custom: &Custom) -> Home {
+fn home(clusters: &[Cluster], direction: &Direction, n_before: f64, prior: f64) -> Home {
     let pencils: Vec<&Cluster> =
         clusters.iter().filter(|c| may_be_perpendicular(&c.direction, direction)).collect();
-    let prior = custom.prior();
     let mut best: Option<(f64, usize, Agreement)> = None;
-    let (mut sum, mut least) = (1.0 - prior, f64::INFINITY);
+    let mut sum = 1.0 - prior;
     for (c, cluster) in clusters.iter().enumerate() {
         let pencil = pencils
             .iter()
             .find(|p| may_be_perpendicular(&p.direction, &cluster.direction))
             .map(|p| &p.direction.unit);
         let Some(agreement) = Agreement::new(&cluster.direction, direction, pencil) else { continue };
-        let share = cluster.members.len() as f64 / n_before;
-        let weight = prior * share * agreement.odds;
-        sum += weight;
-        least = least.min(share * agreement.best_odds);
-        if agreement.z_sq < max_z_sq() && best.as_ref().is_none_or(|(w, _, _)| *w < weight) {
-            best = Some((weight, c, agreement));
+        let weight = prior * cluster.members.len() as f64 / n_before * agreement.odds;
+        if agreement.z_sq < max_z_sq() {
+            sum += weight;
+            if best.as_ref().is_none_or(|(w, _, _)| *w < weight) {
+                best = Some((weight, c, agreement));
+            }
         }
     }
-    let informative = (MAX_ACCIDENT * least > 1.0 && least.is_finite()).then_some(best.is_some());
+    let probability = 1.0 - (1.0 - prior) / sum;
     let joint = best
         .filter(|(weight, _, _)| sum - weight < MAX_ACCIDENT * sum)
         .and_then(|(_, c, agreement)| clusters[c].direction.and(&agreement).map(|joint| (c, joint)));
-    Home { joint, informative }
+    Home { joint, probability }
 }
