@@ -243,9 +243,9 @@ fn flanks_of_a_gear_that_fit_many_directions_get_none() {
     let mut rng = Rng::for_task(5, "flanks", 0);
     let flanks: Vec<(usize, Vec3)> = (0..25)
         .map(|k| {
-            let turn = (7.0 * k as f64).to_radians();
+            let turn = (7.0 * f64::from(k)).to_radians();
             let truth = Rotation3::new(Vec3::z() * turn) * Vec3::x();
-            (scene.add_plane([100.0, 0.0, 10.0 * k as f64], truth, size, [rng.normal(), 0.0]), truth)
+            (scene.add_plane([100.0, 0.0, 10.0 * f64::from(k)], truth, size, [rng.normal(), 0.0]), truth)
         })
         .collect();
     let result = scene.regularized();

@@ -44,7 +44,8 @@ pub fn regularize(
 ) -> Segmentation {
     let inside = evidence::inner_vertices(mesh, adjacency, segmentation);
     let evidence: Vec<Option<Evidence>> = par::map_indices(segmentation.primitives.len(), |k| {
-        Evidence::new(mesh, &segmentation.primitives[k], &inside[k], tolerances)
+        let core = evidence::core(adjacency, &inside[k]);
+        Evidence::new(mesh, &segmentation.primitives[k], &inside[k], &core, tolerances)
     });
     let mut directions: Vec<Option<Direction>> =
         evidence.iter().map(|e| e.as_ref().map(|e| e.direction(tolerances.form_angle()))).collect();
