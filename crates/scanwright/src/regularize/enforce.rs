@@ -52,7 +52,7 @@ fn with_direction(surface: &Surface, evidence: &Evidence, unit: UnitVec3) -> Opt
     let frame = &evidence.frame;
     let turn = turn_between(&frame.z, &unit);
     let tilts = Vector2::new(turn.dot(&frame.x), turn.dot(&frame.y));
-    let follow = regression(&evidence.shape, evidence.tilt)? * tilts;
+    let follow = regression(&evidence.covariance, evidence.tilt)? * tilts;
     let rotation = Rotation3::new(turn);
     let pivot = frame.origin.coords;
     let mut translation = pivot - rotation * pivot;

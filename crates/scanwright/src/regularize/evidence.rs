@@ -31,11 +31,9 @@ const N_SAMPLES: usize = 4000;
 pub(super) struct Evidence {
     /// Points inside the region.
     pub samples: Samples,
-    /// The direction as third axis, through the centroid of the points that the surface was fitted to.
+    /// Their centroid with the direction as third axis: what `covariance` refers to.
     pub frame: Frame,
-    /// Covariance of the parameters about `frame`, in the order of `fit::parameter_names`; their scale is meaningless.
-    pub shape: DMatrix<f64>,
-    /// Covariance of the parameters by all samples.
+    /// Covariance of the parameters in the order of `fit::parameter_names`.
     pub covariance: DMatrix<f64>,
     /// Place of the two tilts in it.
     pub tilt: usize,
@@ -47,7 +45,6 @@ impl Evidence {
         mesh: &Mesh,
         primitive: &Primitive,
         vertices: &[u32],
-        core: &[u32],
         tolerances: &Tolerances,
     ) -> Option<Self> {
         let surface = primitive.surface.as_ref()?;
@@ -66,17 +63,8 @@ impl Evidence {
         if covariance.is_empty() {
             return None;
         }
-        let core: Vec<Point3> = core.iter().map(|&v| mesh.vertices[v as usize]).collect();
-        let normals = core.iter().map(|p| surface.normal(p).into_inner()).collect();
-        let core = Samples { points: core, normals }.thinned(N_SAMPLES);
-        let rows = parameter_covariance(surface, &core, 1.0, core.points.len() as f64);
-        let (frame, shape) = if rows.is_empty() {
-            (Frame::from_z(centroid(&samples.points), direction), covariance.clone())
-        } else {
-            let shape = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
-            (Frame::from_z(centroid(&core.points), direction), shape)
-        };
-        Some(Self { samples, frame, shape, covariance, tilt })
+        let frame = Frame::from_z(centroid(&samples.points), direction);
+        Some(Self { samples, frame, covariance, tilt })
     }
 
     /// The direction with its covariance. `form_angle`: what real faces deviate by from their design, radians.
@@ -106,27 +94,6 @@ pub(super) fn direction_of(surface: &Surface) -> Option<UnitVec3> {
         Surface::Plane(plane) => Some(plane.normal),
         _ => surface.axis().map(|axis| axis.direction),
     }
-}
-
-/// Those of `inside` that are farthest from its border: as far as the fit keeps away, but not fewer than it takes.
-pub(super) fn core(adjacency: &Adjacency, inside: &[u32]) -> Vec<u32> {
-    /// Rings that a fit leaves out, the outermost beside those of `inside`.
-    const RINGS: usize = 2;
-    const MIN_SHARE: f64 = 0.3;
-    const MIN_VERTICES: usize = 25;
-    let at_least = MIN_VERTICES.max((MIN_SHARE * inside.len() as f64) as usize);
-    let mut core = inside.to_vec();
-    for _ in 0..RINGS {
-        let is_deep = |v: &u32| {
-            adjacency.vertex_vertices.row(*v as usize).iter().all(|u| core.binary_search(u).is_ok())
-        };
-        let deeper: Vec<u32> = core.iter().copied().filter(is_deep).collect();
-        if deeper.len() < at_least {
-            break;
-        }
-        core = deeper;
-    }
-    core
 }
 
 /// One list per region, ascending: vertices whose triangles all belong to it.

@@ -44,8 +44,7 @@ pub fn regularize(
 ) -> Segmentation {
     let inside = evidence::inner_vertices(mesh, adjacency, segmentation);
     let evidence: Vec<Option<Evidence>> = par::map_indices(segmentation.primitives.len(), |k| {
-        let core = evidence::core(adjacency, &inside[k]);
-        Evidence::new(mesh, &segmentation.primitives[k], &inside[k], &core, tolerances)
+        Evidence::new(mesh, &segmentation.primitives[k], &inside[k], tolerances)
     });
     let mut directions: Vec<Option<Direction>> =
         evidence.iter().map(|e| e.as_ref().map(|e| e.direction(tolerances.form_angle()))).collect();
