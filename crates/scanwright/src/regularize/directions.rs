@@ -125,7 +125,7 @@ impl Cluster {
 /// How many directions of this part join a cluster is its own prior, by expectation and maximization (A. Dempster,
 /// N. Laird, D. Rubin, Journal of the Royal Statistical Society B 39 (1977), 1-38) from a start of one half.
 pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
-    /// Rounds of estimating the prior: it moves by less than a hundredth in the last.
+    /// Rounds of estimating the prior: decisions depend on it through the logarithm of its odds only.
     const ROUNDS: usize = 6;
     let mut order: Vec<(f64, usize, Direction)> =
         directions.iter().enumerate().filter_map(|(k, d)| d.map(|d| (d.spread(), k, d))).collect();
