@@ -178,7 +178,7 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     let segmentation = stages::segment(&part, &normals, support.as_ref(), &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
 
-    let segmentation = stages::regularize(&part, segmentation);
+    let segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
     progress.report(Stage::Regularize, 1.0)?;
 
     let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);

@@ -10,6 +10,7 @@ mod metamorphic;
 mod parts;
 mod picture;
 mod readers;
+mod regularize;
 mod scanned;
 mod scans;
 mod segmentation;

@@ -4,6 +4,7 @@ use crate::condition::{self, ConditionReport, Conditioned, Support};
 use crate::denoise;
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
+use crate::regularize;
 use crate::segment::{self, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
@@ -74,7 +75,7 @@ pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> 
     Segmentation { labels, primitives: segmentation.primitives.clone() }
 }
 
-/// Regularization holds nothing yet: primitives pass as they were fitted.
-pub(super) fn regularize(_part: &Part, segmentation: Segmentation) -> Segmentation {
-    segmentation
+/// The segmentation with the relations between its primitives made exact.
+pub(super) fn regularize(part: &Part, segmentation: &Segmentation, tolerances: &Tolerances) -> Segmentation {
+    regularize::regularize(&part.mesh, &part.adjacency, segmentation, tolerances)
 }
