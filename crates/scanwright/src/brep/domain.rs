@@ -3,6 +3,8 @@
 //! Coordinates are lengths (angles times a radius), counted from the side opposite the frame's seam, so that a face
 //! placed by its builder never meets a jump. Right-handed with the natural normal.
 
+use std::sync::OnceLock;
+
 use super::assemble::use_points;
 use super::curve::Curve;
 use super::solid::{EdgeId, Face, Geometry, Loop, Solid};
@@ -20,6 +22,8 @@ pub(super) struct Domain<'a> {
     frame: Frame,
     /// Angle about a tube's spine that becomes the second coordinate's zero.
     tube_zero: f64,
+    /// Where projections on a spline start; made when first asked for.
+    starts: OnceLock<Starts>,
 }
 
 impl<'a> Domain<'a> {
@@ -32,7 +36,7 @@ impl<'a> Domain<'a> {
 
     /// The plane of `geometry` placed by `frame`; `points` tell which side of a tube is meant.
     pub(super) fn around(geometry: &'a Geometry, frame: Frame, points: impl FnOnce() -> Vec<Point3>) -> Self {
-        let mut domain = Self { geometry, frame, tube_zero: 0.0 };
+        let mut domain = Self { geometry, frame, tube_zero: 0.0, starts: OnceLock::new() };
         if let Geometry::Analytic(Surface::Torus(_)) = geometry {
             let (mut sin, mut cos) = (0.0, 0.0);
             for angle in points().iter().map(|p| domain.tube_angle(p)) {
@@ -49,13 +53,17 @@ impl<'a> Domain<'a> {
         torus.axis.height(point).atan2(torus.axis.radial(point).norm() - torus.major_radius)
     }
 
+    fn starts(&self, spline: &SplineSurface) -> &Starts {
+        self.starts.get_or_init(|| Starts::of(spline))
+    }
+
     /// Coordinates of a point on (or near) the surface.
     pub(super) fn uv(&self, point: &Point3) -> Uv {
         let local = self.frame.local(point);
         let around = (-local.y).atan2(-local.x);
         match self.geometry {
             Geometry::Spline(spline) => {
-                let (u, v) = project_on_spline(spline, point);
+                let (u, v) = self.starts(spline).project(spline, point);
                 [u, v]
             }
             Geometry::Analytic(surface) => match surface {
@@ -149,7 +157,7 @@ impl<'a> Domain<'a> {
         match self.geometry {
             Geometry::Analytic(surface) => surface.signed_distance(point).abs(),
             Geometry::Spline(spline) => {
-                let (u, v) = project_on_spline(spline, point);
+                let (u, v) = self.starts(spline).project(spline, point);
                 (spline.point(u, v) - point).norm()
             }
         }
@@ -193,22 +201,36 @@ pub(super) const ANGLE_STEP: f64 = std::f64::consts::PI / 18.0;
 
 /// The point of a spline nearest to `point`.
 pub(super) fn nearest_on_spline(spline: &SplineSurface, point: &Point3) -> Point3 {
-    let (u, v) = project_on_spline(spline, point);
+    let (u, v) = Starts::of(spline).project(spline, point);
     spline.point(u, v)
 }
 
-fn project_on_spline(spline: &SplineSurface, point: &Point3) -> (f64, f64) {
-    /// Starts tried along each side.
-    const GRID: usize = 12;
-    /// The nearest starts that are followed: beside a bend the nearest one may lead astray.
-    const FOLLOWED: usize = 3;
-    let at = |i: usize| (i as f64 + 0.5) / GRID as f64;
-    let off = |s: &(f64, f64)| (spline.point(s.0, s.1) - point).norm_squared();
-    let mut starts: Vec<(f64, (f64, f64))> =
-        (0..GRID).flat_map(|i| (0..GRID).map(move |j| (at(i), at(j)))).map(|s| (off(&s), s)).collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = starts[..FOLLOWED].iter().map(|s| spline.project(point, s.1));
-    ends.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or((0.5, 0.5))
+/// Starts tried along each side of a spline.
+const GRID: usize = 12;
+
+/// A grid of points of a spline, from which projections start.
+#[derive(Debug, Clone)]
+struct Starts(Vec<(Point3, (f64, f64))>);
+
+impl Starts {
+    fn of(spline: &SplineSurface) -> Self {
+        let at = |i: usize| (i as f64 + 0.5) / GRID as f64;
+        let places = (0..GRID).flat_map(|i| (0..GRID).map(move |j| (at(i), at(j))));
+        Self(places.map(|(u, v)| (spline.point(u, v), (u, v))).collect())
+    }
+
+    /// Parameters of the point of the spline nearest to `point`.
+    fn project(&self, spline: &SplineSurface, point: &Point3) -> (f64, f64) {
+        /// The nearest starts that are followed: beside a bend the nearest one may lead astray.
+        const FOLLOWED: usize = 3;
+        let mut starts: Vec<(f64, (f64, f64))> =
+            self.0.iter().map(|(start, place)| ((start - point).norm_squared(), *place)).collect();
+        starts.select_nth_unstable_by(FOLLOWED - 1, |a, b| a.0.total_cmp(&b.0));
+        starts[..FOLLOWED].sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ends = starts[..FOLLOWED].iter().map(|s| spline.project(point, s.1));
+        let off = |s: &(f64, f64)| (spline.point(s.0, s.1) - point).norm_squared();
+        ends.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or((0.5, 0.5))
+    }
 }
 
 /// Signed area of a polygon, positive when counter-clockwise.

@@ -19,7 +19,7 @@ const MISFIT: f64 = 1.2;
 /// Most triangles that become faces: more, and few programs would open the part.
 const MOST: usize = 8_000;
 /// Builds per scan.
-const MAX_TRIALS: usize = 24;
+const MAX_TRIALS: usize = 40;
 
 /// The soundest attempt that facets beside the flaws of `start` lead to.
 pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
@@ -89,7 +89,9 @@ fn take_round(bench: &Bench, attempt: &Attempt, flaw: &Flaw, reach: f64, taken: 
             }
             next += 1;
         }
-        found.iter().for_each(|t| taken[*t as usize] = true);
+        for t in found {
+            taken[t as usize] = true;
+        }
     }
 }
 
