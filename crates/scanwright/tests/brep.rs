@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use scanwright::brep::{
-    Built, Curve, EdgeUse, Geometry, IssueCode, LabelledMesh, Problem, Solid, Validity, build, check,
+    Built, Curve, EdgeId, EdgeUse, Geometry, IssueCode, LabelledMesh, Problem, Solid, Validity, build, check,
     tessellate, validity,
 };
 use scanwright::math::Vec3;
@@ -275,6 +275,30 @@ fn loops_that_cross_are_refused() {
     }
     let crossed = check(&solid, GAP).iter().filter(|p| matches!(p, Problem::LoopsCross { .. })).count();
     assert_eq!(crossed, 2, "both ends");
+}
+
+#[test]
+fn a_loop_that_goes_round_its_surface_is_refused() {
+    // Both halves of the circle at one end of a pipe, as the loop of one half of its wall.
+    let mut solid = sound(&pipe(14.0, 6.0, 40.0));
+    let at_end = |v: u32| solid.vertices[v as usize].point.z > 19.0;
+    let circle: Vec<EdgeUse> = (0..solid.edges.len() as u32)
+        .map(|e| EdgeUse { edge: EdgeId(e), forward: true })
+        .filter(|u| match &solid.edge(u.edge).curve {
+            Curve::Circle { radius, .. } => *radius > 10.0 && at_end(solid.edge(u.edge).start.0),
+            _ => false,
+        })
+        .collect();
+    assert_eq!(circle.len(), 2);
+    let uses_it = |f: &usize| solid.faces[*f].loops[0].uses.iter().any(|u| u.edge == circle[0].edge);
+    let wall = (0..solid.faces.len())
+        .filter(uses_it)
+        .find(|f| solid.geometry(&solid.faces[*f]).kind() == Some(SurfaceKind::Cylinder))
+        .expect("a half of the wall ends there");
+    solid.faces[wall].loops[0].uses = circle;
+    let winds = |p: &Problem| matches!(p, Problem::LoopWinds { face, index: 0 } if face.0 as usize == wall);
+    let problems = check(&solid, GAP);
+    assert!(problems.iter().any(winds), "{problems:?}");
 }
 
 #[test]

@@ -97,6 +97,19 @@ fn a_bore_goes_down_to_the_table() {
 }
 
 #[test]
+fn a_pinhole_in_a_low_top_is_no_way_to_the_table() {
+    let size = [12.0, 10.0, 3.0];
+    let pinhole = |p: Point3| (p.x - 6.5).hypot(p.y - 5.5) < 0.5;
+    let seen = block(size).without(|t, p| t == BOTTOM || p.z < 0.6 || (p.z > 2.9 && pinhole(p)));
+    let closed = seen.close(Some(&table(0.0)));
+    assert_closed(&closed);
+    // A way to the table would take a cone as high as the block.
+    let full = block(size).without(|t, p| t == BOTTOM || p.z < 0.6).close(Some(&table(0.0)));
+    let [with, without] = [&closed, &full].map(|c| c.labelled.mesh.signed_volume());
+    assert_near(with, without, 1e-6, "volume");
+}
+
+#[test]
 fn a_missing_corner_grows_back_from_its_three_faces() {
     let size = [16.0, 14.0, 12.0];
     let corner = Point3::from(Vec3::from(size));

@@ -145,6 +145,25 @@ fn a_tilted_table_is_found_too() {
 }
 
 #[test]
+fn what_narrow_bores_show_of_the_table_is_table() {
+    // Fusion lifts the table in the bore as a whole: it is nowhere as low as the table round the part.
+    let part = |p: &Point3| box_distance(p, [0.0; 3], [12.0, 12.0, 9.0]).max(3.5 - p.x.hypot(p.y));
+    let distance = |p: &Point3| blend(p.z, part(p), 5.0);
+    let scene = scan(distance, [-30.3, -30.3, -3.3], [30.0, 30.0, 13.0], 1.0);
+    let (mesh, adjacency, tolerances) = prepared(&scene, 0.15);
+    let support = find_support(&mesh, &adjacency, &tolerances, None).expect("there is a table");
+    let low = |t: &usize| {
+        let p = scene.triangle_center(*t);
+        p.x.hypot(p.y) < 1.5 && p.z < 2.0
+    };
+    let shown: Vec<usize> = (0..mesh.triangles.len()).filter(low).collect();
+    assert!(shown.len() > 10 && shown.iter().all(|t| scene.triangle_center(*t).z > 0.15));
+    let kept = shown.iter().filter(|t| !support.on_table[**t]).count();
+    // Noise tilts some of them like the skirt of a wall.
+    assert!(2 * kept < shown.len(), "{kept} of {} triangles are taken for part", shown.len());
+}
+
+#[test]
 fn a_hint_against_the_table_leaves_it() {
     let (mesh, adjacency, tolerances) = prepared(&scene(1), 0.1);
     let up = |z: f64| Some(UnitVec3::new_normalize(Vec3::new(0.1, 0.0, z)));

@@ -26,7 +26,7 @@ impl Reach {
         };
         match mend {
             Mend::Relabel { triangles, .. } => triangles.iter().for_each(|t| take(*t)),
-            Mend::Demote { region } => {
+            Mend::Demote { region } | Mend::Restore { region, .. } => {
                 let labels = attempt.choice.labels.iter().enumerate();
                 labels.filter(|(_, l)| *l == region).for_each(|(t, _)| take(t as u32));
             }

@@ -57,6 +57,7 @@ fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
                     .for_each(|t| taken[*t as usize] = true),
             }
             take_misfits(bench, attempt, &mut taken);
+            mends.extend(restored(bench, attempt, flaw, &taken));
             let triangles: Vec<u32> = (0..labels.len() as u32)
                 .filter(|t| taken[*t as usize] && labels[*t as usize] != bench.facets)
                 .collect();
@@ -67,6 +68,25 @@ fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         }
     }
     mends
+}
+
+/// For a flaw of a B-spline that took the place of a surface: that surface again, without those taken and all
+/// triangles that lie off it.
+fn restored(bench: &Bench, attempt: &Attempt, flaw: &Flaw, taken: &[bool]) -> Option<Mend> {
+    let labels = &attempt.choice.labels;
+    let region = flaw
+        .patches
+        .iter()
+        .map(|p| attempt.draft.patches[*p].region)
+        .find(|r| *r != bench.facets && attempt.choice.demoted[*r as usize])?;
+    let surface = bench.surfaces[region as usize]?;
+    let limit = MISFIT * bench.tolerances.spacing();
+    let off =
+        |t: usize| bench.closed.mesh.corners(t).iter().any(|p| surface.signed_distance(p).abs() > limit);
+    let given = |t: usize| labels[t] != bench.facets && (taken[t] || (labels[t] == region && off(t)));
+    let triangles: Vec<u32> = (0..labels.len()).filter(|t| given(*t)).map(|t| t as u32).collect();
+    let n_facets = labels.iter().filter(|l| **l == bench.facets).count();
+    (n_facets + triangles.len() <= MOST).then_some(Mend::Restore { region, triangles, label: bench.facets })
 }
 
 /// Takes the triangles within `reach` spacings of where a flaw is, connected with the nearest of the patches at fault.

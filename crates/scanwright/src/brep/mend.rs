@@ -18,6 +18,8 @@ pub(super) enum Mend {
     Relabel { triangles: Vec<u32>, labels: Vec<u32> },
     /// A B-spline in place of a region's surface.
     Demote { region: u32 },
+    /// A region's surface in place of a B-spline, with a label for the triangles that lie off it.
+    Restore { region: u32, triangles: Vec<u32>, label: u32 },
 }
 
 /// The soundest attempt that small changes lead to from `start`.
@@ -145,6 +147,12 @@ pub(super) fn applied(choice: &Choice, mend: &Mend) -> Choice {
             }
         }
         Mend::Demote { region } => choice.demoted[*region as usize] = true,
+        Mend::Restore { region, triangles, label } => {
+            choice.demoted[*region as usize] = false;
+            for t in triangles {
+                choice.labels[*t as usize] = *label;
+            }
+        }
     }
     choice
 }
