@@ -45,9 +45,6 @@ pub(super) fn chain_edges(
     })
 }
 
-/// Samples of a facet's edge that are held against the neighbour's surface.
-const FEWEST_ON_FACET: usize = 4;
-
 fn chain_edge(
     course: &Course,
     start: &Point3,
@@ -59,10 +56,12 @@ fn chain_edge(
     const RECOGNISE: f64 = 0.02;
     /// Fewest and most samples of an edge: a conic needs five; beyond eighty a spline only copies noise.
     const SAMPLES: (usize, usize) = (12, 80);
+    /// Steps of a facet's edge that are held against the neighbour's surface.
+    const STEPS_ON_FACET: usize = 4;
     if course.straight {
         let direction = try_unit(end - start)?;
         let (curve, samples) = (Curve::Line { origin: *start, direction }, vec![*start, *end]);
-        let gap = curve_gap(&curve, course, start, end, FEWEST_ON_FACET);
+        let gap = curve_gap(&curve, course, start, end, STEPS_ON_FACET);
         return Some(ChainEdge { curve, samples, gap });
     }
     let length: f64 = course.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();

@@ -145,12 +145,12 @@ impl<'a> Bench<'a> {
         const BY_PARAMETER: f64 = 0.5;
         let spacing = self.tolerances.spacing();
         for (p, spline) in splines.iter().enumerate() {
-            let off = spline.as_ref().map(|s| s.border_gap - BY_PARAMETER * self.limit);
-            if let Some(off) = off.filter(|off| *off > 0.0) {
+            let gap = spline.as_ref().map_or(0.0, |s| s.border_gap);
+            if gap > BY_PARAMETER * self.limit {
                 let triangles = &draft.patches[p].triangles;
                 let at = vec![self.closed.mesh.triangle_center(triangles[triangles.len() / 2] as usize)];
-                let fatal = off > (1.0 - BY_PARAMETER) * self.limit;
-                flaws.push(Flaw { patches: vec![p], at, weight: off / spacing, fatal });
+                let weight = (gap - BY_PARAMETER * self.limit) / spacing;
+                flaws.push(Flaw { patches: vec![p], at, weight, fatal: gap > self.limit });
             }
         }
         for (c, corner) in draft.corners.corners.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Several mends in one build: where they lie apart, each is judged by the flaws around it.
 
 use super::attempt::{Attempt, Bench};
-use super::mend::{Mend, applied};
+use super::mend::{Mend, WORTH, applied};
 use crate::math::Point3;
 
 /// Where a mend can be felt.
@@ -60,6 +60,32 @@ pub(super) fn apart(bench: &Bench, attempt: &Attempt, mends: &[Mend]) -> Vec<Men
         }
     }
     taken.into_iter().map(|(mend, _)| mend).collect()
+}
+
+/// The best attempt that `mends` of each attempt lead to, tried in their order; none twice, at most `max_trials` builds,
+/// and only while the attempt is `unsound`.
+pub(super) fn search(
+    bench: &Bench,
+    start: Attempt,
+    max_trials: usize,
+    unsound: impl Fn(&Attempt) -> bool,
+    mends: impl Fn(&Attempt) -> Vec<Mend>,
+) -> Attempt {
+    let mut best = start;
+    let mut tried: Vec<Mend> = Vec::new();
+    let mut n_trials = 0;
+    while n_trials < max_trials && unsound(&best) {
+        let new: Vec<Mend> = mends(&best).into_iter().filter(|m| !tried.contains(m)).collect();
+        let new = apart(bench, &best, &new);
+        if new.is_empty() {
+            break;
+        }
+        let (better, n) = batch(bench, &best, &new, 0.0, WORTH);
+        n_trials += n;
+        tried.extend(new);
+        best = better.unwrap_or(best);
+    }
+    best
 }
 
 /// The best attempt with those of `mends` that lessen the flaws around them by a share and more than `worth`, if it is

@@ -50,15 +50,13 @@ impl Draft {
         tolerances: &Tolerances,
     ) -> Self {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
-        let (mut patches, patch_of) = patches(mesh, half_edges, labels, surfaces, facets, spacing);
+        let (mut patches, patch_of) = patches(closed, half_edges, labels, surfaces, facets, spacing);
         for patch in patches.iter_mut().filter(|p| demoted[p.region as usize]) {
             patch.surface = None;
         }
         let mut cornered = vec![false; mesh.vertices.len()];
-        for patch in patches.iter_mut().filter(|p| p.facet) {
-            let triangle = patch.triangles[0] as usize;
-            patch.origin = closed.labels[triangle];
-            mesh.triangles[triangle].iter().for_each(|v| cornered[*v as usize] = true);
+        for t in patches.iter().filter(|p| p.facet).flat_map(|p| &p.triangles) {
+            mesh.triangles[*t as usize].iter().for_each(|v| cornered[*v as usize] = true);
         }
         let topology = trace(mesh, half_edges, &patch_of, &cornered);
         let mut draft = Self {
@@ -247,25 +245,20 @@ impl Draft {
 
     /// Moves the corners that only facets and one spline share onto the spline, and the edges of facets with them.
     pub(super) fn meet_splines(&mut self, splines: &[Option<Fitted>], spacing: f64, rounding: f64) {
-        let mut beside: Vec<Option<Vec<u32>>> = vec![None; self.corners.corners.len()];
+        let mut beside: Vec<Vec<u32>> = vec![Vec::new(); self.corners.corners.len()];
+        let mut held = vec![false; beside.len()];
         let corner = |v: u32| self.corners.corner_of[v as usize].expect("chains end at junctions") as usize;
         for (chain, course) in self.topology.chains.iter().zip(&self.courses) {
             for c in [chain.start(), chain.end()].map(corner) {
-                let patches = beside[c].get_or_insert_with(Vec::new);
                 let sides = [Some(chain.left), chain.right].into_iter().flatten();
-                patches.extend(sides.filter(|p| !self.patches[*p as usize].facet));
-                if !course.straight {
-                    // The end of an edge that is not a facet's lies where that one lies.
-                    patches.push(u32::MAX);
-                }
+                beside[c].extend(sides.filter(|p| !self.patches[*p as usize].facet));
+                // The end of an edge that is not a facet's lies where that one lies.
+                held[c] |= !course.straight;
             }
         }
-        for (c, patches) in beside.into_iter().enumerate() {
-            let mut patches = patches.unwrap_or_default();
-            patches.sort_unstable();
-            patches.dedup();
-            let [p] = patches[..] else { continue };
-            if let Some(Some(fitted)) = splines.get(p as usize) {
+        for (c, patches) in beside.iter().enumerate().filter(|(c, _)| !held[*c]) {
+            let Some(&p) = patches.first().filter(|p| patches.iter().all(|q| q == *p)) else { continue };
+            if let Some(fitted) = &splines[p as usize] {
                 let point = &mut self.corners.corners[c].point;
                 *point = nearest_on_spline(&fitted.surface, point);
             }

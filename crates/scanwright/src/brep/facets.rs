@@ -1,14 +1,18 @@
 //! The last resort: where no surface and no B-spline gives a sound face, the triangles of the scan become flat faces.
 //!
-//! Only for flaws that receiving programs would refuse the part for. A flaw is mended where it is: the triangles within some spacings of it are cut out of their regions, whatever these
-//! are, and each is a face between three straight edges. Its corners stay on the mesh, those at the rim on the surfaces
-//! beside it, so nothing is left to extend or to intersect. What does not help is not kept; the reach grows while
-//! something is wrong, and in the end takes the whole of the faces at fault.
+//! Only for flaws that receiving programs would refuse the part for. A flaw is mended where it is: the triangles within
+//! some spacings of it are cut out of their regions, whatever these are, and each is a face between three straight
+//! edges. Its corners stay on the mesh, those at the rim on the surfaces beside it, so nothing is left to extend or to
+//! intersect. Where a B-spline is at fault that took the place of a surface, the surface may come back between the
+//! facets. What does not help is not kept; the reach grows while something is wrong, and in the end takes the whole of
+//! the faces at fault.
+
+use std::collections::BTreeSet;
 
 use super::attempt::{Attempt, Bench, Flaw};
-use super::batch::{apart, batch};
+use super::batch::search;
 use super::domain::nearest_on_spline;
-use super::mend::{Mend, WORTH};
+use super::mend::Mend;
 use crate::math::Point3;
 
 /// In spacings: how far round a flaw triangles are taken, least first; then the whole of the faces at fault.
@@ -23,100 +27,83 @@ const MAX_TRIALS: usize = 40;
 
 /// The soundest attempt that facets beside the flaws of `start` lead to.
 pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
-    let mut best = start;
-    let mut tried: Vec<Mend> = Vec::new();
-    let mut n_trials = 0;
-    while n_trials < MAX_TRIALS && best.flaws.iter().any(|f| f.fatal) {
-        let mends: Vec<Mend> = zones(bench, &best).into_iter().filter(|m| !tried.contains(m)).collect();
-        let mends = apart(bench, &best, &mends);
-        if mends.is_empty() {
-            break;
-        }
-        let (better, n) = batch(bench, &best, &mends, 0.0, WORTH);
-        n_trials += n;
-        tried.extend(mends);
-        best = better.unwrap_or(best);
-    }
-    best
+    search(bench, start, MAX_TRIALS, |a| a.flaws.iter().any(|f| f.fatal), |a| zones(bench, a))
 }
 
 /// For every fatal flaw the triangles round it that may become facets, the smallest zones first.
 fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let labels = &attempt.choice.labels;
-    let n_facets = labels.iter().filter(|l| **l == bench.facets).count();
+    let n_left = MOST.saturating_sub(labels.iter().filter(|l| **l == bench.facets).count());
     let mut mends = Vec::new();
     for reach in REACHES.map(Some).into_iter().chain([None]) {
         for flaw in attempt.flaws.iter().filter(|f| f.fatal) {
-            let mut taken = vec![false; labels.len()];
-            match reach {
-                Some(reach) => take_round(bench, attempt, flaw, reach, &mut taken),
-                None => flaw
-                    .patches
-                    .iter()
-                    .flat_map(|p| &attempt.draft.patches[*p].triangles)
-                    .for_each(|t| taken[*t as usize] = true),
+            let mut zone = match reach {
+                Some(reach) => round(bench, attempt, flaw, reach),
+                None => at_fault(attempt, flaw).collect(),
+            };
+            add_misfits(bench, attempt, &mut zone);
+            zone.retain(|t| labels[*t as usize] != bench.facets);
+            if let Some((region, lost)) = restorable(bench, attempt, flaw) {
+                let triangles: Vec<u32> = zone.union(&lost).copied().collect();
+                if triangles.len() <= n_left {
+                    mends.push(Mend::Restore { region, triangles, label: bench.facets });
+                }
             }
-            take_misfits(bench, attempt, &mut taken);
-            mends.extend(restored(bench, attempt, flaw, &taken));
-            let triangles: Vec<u32> = (0..labels.len() as u32)
-                .filter(|t| taken[*t as usize] && labels[*t as usize] != bench.facets)
-                .collect();
-            if !triangles.is_empty() && n_facets + triangles.len() <= MOST {
-                let labels = vec![bench.facets; triangles.len()];
-                mends.push(Mend::Relabel { triangles, labels });
+            if !zone.is_empty() && zone.len() <= n_left {
+                let labels = vec![bench.facets; zone.len()];
+                mends.push(Mend::Relabel { triangles: zone.into_iter().collect(), labels });
             }
         }
     }
     mends
 }
 
-/// For a flaw of a B-spline that took the place of a surface: that surface again, without those taken and all
-/// triangles that lie off it.
-fn restored(bench: &Bench, attempt: &Attempt, flaw: &Flaw, taken: &[bool]) -> Option<Mend> {
-    let labels = &attempt.choice.labels;
-    let region = flaw
-        .patches
-        .iter()
-        .map(|p| attempt.draft.patches[*p].region)
-        .find(|r| *r != bench.facets && attempt.choice.demoted[*r as usize])?;
-    let surface = bench.surfaces[region as usize]?;
-    let limit = MISFIT * bench.tolerances.spacing();
-    let off =
-        |t: usize| bench.closed.mesh.corners(t).iter().any(|p| surface.signed_distance(p).abs() > limit);
-    let given = |t: usize| labels[t] != bench.facets && (taken[t] || (labels[t] == region && off(t)));
-    let triangles: Vec<u32> = (0..labels.len()).filter(|t| given(*t)).map(|t| t as u32).collect();
-    let n_facets = labels.iter().filter(|l| **l == bench.facets).count();
-    (n_facets + triangles.len() <= MOST).then_some(Mend::Restore { region, triangles, label: bench.facets })
+/// Triangles of the patches at fault.
+fn at_fault<'a>(attempt: &'a Attempt, flaw: &'a Flaw) -> impl Iterator<Item = u32> + 'a {
+    flaw.patches.iter().flat_map(|p| attempt.draft.patches[*p].triangles.iter().copied())
 }
 
-/// Takes the triangles within `reach` spacings of where a flaw is, connected with the nearest of the patches at fault.
-fn take_round(bench: &Bench, attempt: &Attempt, flaw: &Flaw, reach: f64, taken: &mut [bool]) {
+/// For a flaw of a B-spline that took the place of a surface: the region, and its triangles that lie off that surface.
+fn restorable(bench: &Bench, attempt: &Attempt, flaw: &Flaw) -> Option<(u32, BTreeSet<u32>)> {
+    let regions = flaw.patches.iter().map(|p| attempt.draft.patches[*p].region);
+    let region = regions.into_iter().find(|r| attempt.choice.demoted[*r as usize])?;
+    let surface = bench.surfaces[region as usize]?;
+    let limit = MISFIT * bench.tolerances.spacing();
+    let off = |t: &u32| {
+        bench.closed.mesh.corners(*t as usize).iter().any(|p| surface.signed_distance(p).abs() > limit)
+    };
+    let labels = attempt.choice.labels.iter().enumerate();
+    let own = labels.filter(|(_, l)| **l == region).map(|(t, _)| t as u32);
+    Some((region, own.filter(off).collect()))
+}
+
+/// Triangles within `reach` spacings of where a flaw is, connected with the nearest of the patches at fault.
+fn round(bench: &Bench, attempt: &Attempt, flaw: &Flaw, reach: f64) -> BTreeSet<u32> {
     let mesh = &bench.closed.mesh;
     let reach = reach * bench.tolerances.spacing();
     let off = |t: u32, p: &Point3| (mesh.triangle_center(t as usize) - p).norm_squared();
+    let mut zone = BTreeSet::new();
     for at in &flaw.at {
-        let at_fault = flaw.patches.iter().flat_map(|p| &attempt.draft.patches[*p].triangles);
-        let Some(&nearest) = at_fault.min_by(|a, b| off(**a, at).total_cmp(&off(**b, at))) else { continue };
+        let nearest = at_fault(attempt, flaw).min_by(|a, b| off(*a, at).total_cmp(&off(*b, at)));
+        let Some(nearest) = nearest else { continue };
         let center = mesh.triangle_center(nearest as usize);
-        let mut found = vec![nearest];
-        let mut next = 0;
-        while next < found.len() {
-            for u in bench.half_edges.neighbours(found[next] as usize).into_iter().flatten() {
+        let mut found = BTreeSet::from([nearest]);
+        let mut front = vec![nearest];
+        while let Some(t) = front.pop() {
+            for u in bench.half_edges.neighbours(t as usize).into_iter().flatten() {
                 let u = u as u32;
-                if !found.contains(&u) && off(u, &center) <= reach * reach {
-                    found.push(u);
+                if off(u, &center) <= reach * reach && found.insert(u) {
+                    front.push(u);
                 }
             }
-            next += 1;
         }
-        for t in found {
-            taken[t as usize] = true;
-        }
+        zone.extend(found);
     }
+    zone
 }
 
-/// Takes the triangles connected with those taken that lie off the surface of their own face.
-fn take_misfits(bench: &Bench, attempt: &Attempt, taken: &mut [bool]) {
+/// Adds the triangles connected with a zone that lie off the surface of their own face.
+fn add_misfits(bench: &Bench, attempt: &Attempt, zone: &mut BTreeSet<u32>) {
     let mesh = &bench.closed.mesh;
     let limit = MISFIT * bench.tolerances.spacing();
     let misfit = |t: usize| {
@@ -128,12 +115,12 @@ fn take_misfits(bench: &Bench, attempt: &Attempt, taken: &mut [bool]) {
             (None, None) => false,
         })
     };
-    let mut front: Vec<usize> = (0..taken.len()).filter(|t| taken[*t]).collect();
+    let mut front: Vec<u32> = zone.iter().copied().collect();
     while let Some(t) = front.pop() {
-        for u in bench.half_edges.neighbours(t).into_iter().flatten() {
-            if !taken[u] && misfit(u) {
-                taken[u] = true;
-                front.push(u);
+        for u in bench.half_edges.neighbours(t as usize).into_iter().flatten() {
+            if !zone.contains(&(u as u32)) && misfit(u) {
+                zone.insert(u as u32);
+                front.push(u as u32);
             }
         }
     }

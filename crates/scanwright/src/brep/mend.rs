@@ -6,7 +6,7 @@
 //! build per trial, only where something is wrong.
 
 use super::attempt::{Attempt, Bench, Choice};
-use super::batch::{apart, batch};
+use super::batch::{apart, batch, search};
 use super::facets::faceted;
 use super::relabel::{misplaced, relabellings, straightenings, sure_false_edges};
 use crate::par;
@@ -43,21 +43,7 @@ fn relabelled(bench: &Bench, start: Attempt) -> Attempt {
             }
         }
     }
-    let mut tried: Vec<Mend> = Vec::new();
-    let mut n_trials = 0;
-    while n_trials < MAX_TRIALS && best.severity() > 0.0 {
-        let mends: Vec<Mend> =
-            relabellings(bench, &best).into_iter().filter(|m| !tried.contains(m)).collect();
-        let mends = apart(bench, &best, &mends);
-        if mends.is_empty() {
-            break;
-        }
-        let (better, n) = batch(bench, &best, &mends, 0.0, WORTH);
-        n_trials += n;
-        tried.extend(mends);
-        best = better.unwrap_or(best);
-    }
-    best
+    search(bench, best, MAX_TRIALS, |a| a.severity() > 0.0, |a| relabellings(bench, a))
 }
 
 /// Puts B-splines in place of surfaces as long as that helps: where many are needed all that lie apart, then of those

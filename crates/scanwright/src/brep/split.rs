@@ -7,6 +7,7 @@
 //! without that, coaxial neighbours cut at one angle would leave edges of no length.
 //! Cost O(triangles * angles).
 
+use super::LabelledMesh;
 use super::halfedge::HalfEdges;
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, try_unit};
 use crate::mesh::Mesh;
@@ -54,13 +55,14 @@ pub(super) struct Cut {
 
 /// The patches of a labelled mesh and the patch of each triangle. Triangles labelled `facets` are patches of their own.
 pub(super) fn patches(
-    mesh: &Mesh,
+    closed: &LabelledMesh,
     half_edges: &HalfEdges,
     labels: &[u32],
     surfaces: &[Option<Surface>],
     facets: u32,
     spacing: f64,
 ) -> (Vec<Patch>, Vec<u32>) {
+    let mesh = &closed.mesh;
     let apart = |t: usize| if labels[t] == facets { facets + t as u32 } else { labels[t] };
     let (component, n) = half_edges.components(apart);
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); n];
@@ -85,7 +87,8 @@ pub(super) fn patches(
             None => work.cut_freeform(c, triangles),
         }
     }
-    collect(&work, labels, surfaces, facets, &members, spacing)
+    let origin = |t: usize| if labels[t] == facets { closed.labels[t] } else { RegionId(labels[t]) };
+    collect(&work, labels, surfaces, facets, origin, &members, spacing)
 }
 
 struct Cutter<'a> {
@@ -338,6 +341,7 @@ fn collect(
     labels: &[u32],
     surfaces: &[Option<Surface>],
     facets: u32,
+    origin: impl Fn(usize) -> RegionId,
     members: &[Vec<u32>],
     spacing: f64,
 ) -> (Vec<Patch>, Vec<u32>) {
@@ -363,12 +367,10 @@ fn collect(
             let cuts = work.planes[c].iter().enumerate();
             let cuts = cuts.map(|(i, plane)| Cut { plane: *plane, above: side[t] >> i & 1 == 1 }).collect();
             let surface = surfaces[labels[t] as usize];
-            let facet = labels[t] == facets;
-            let origin = RegionId(labels[t]);
             patches.push(Patch {
                 region: labels[t],
-                origin,
-                facet,
+                origin: origin(t),
+                facet: labels[t] == facets,
                 surface,
                 chart: surface,
                 cuts,
