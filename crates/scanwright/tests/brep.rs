@@ -6,13 +6,13 @@ use scanwright::brep::{
     Built, Curve, EdgeId, EdgeUse, Geometry, IssueCode, LabelledMesh, Problem, Solid, Validity, build, check,
     tessellate, validity,
 };
-use scanwright::math::Vec3;
+use scanwright::math::{Point3, Vec3};
 use scanwright::par;
 use scanwright::segment::RegionId;
 use scanwright::surface::{Surface, SurfaceKind};
 use std::f64::consts::PI;
 
-use crate::parts::{Part, STEP, block, block_with_two_bores, cap, pipe, tolerances};
+use crate::parts::{Part, STEP, block, block_with_two_bores, cap, pipe, plane, tolerances};
 
 /// Largest gap that the check allows here: what default tolerances allow.
 const GAP: f64 = 0.05 * STEP;
@@ -110,6 +110,21 @@ fn a_region_without_a_surface_becomes_a_spline_face() {
     let splines = solid.faces.iter().filter(|f| solid.geometry(f).kind().is_none());
     assert_eq!(splines.map(|f| f.region).collect::<Vec<_>>(), [RegionId(5)]);
     assert_near(volume(solid), 960.0, 0.01, "volume");
+}
+
+#[test]
+fn the_two_sides_of_a_thin_plate_are_not_given_to_each_other() {
+    // The top was read as a plane that leaves the mesh, so its face is flawed and has to be mended somehow.
+    for tilt in [0.05, 0.2, 1.0] {
+        let mut part = block([12.0, 10.0, 1.0]);
+        part.primitives[5] = plane(Point3::new(6.0, 5.0, 1.0), Vec3::new(tilt, 0.3 * tilt, 1.0));
+        let built = build(&part.labelled(), &tolerances(STEP));
+        let mut regions: Vec<u32> = built.solids[0].faces.iter().map(|f| f.region.0).collect();
+        regions.sort_unstable();
+        regions.dedup();
+        assert!(regions.contains(&4) && regions.contains(&5), "{tilt}: {regions:?}");
+        assert_near(volume(&built.solids[0]), 120.0, 12.0, "volume");
+    }
 }
 
 #[test]

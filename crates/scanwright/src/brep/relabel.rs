@@ -66,25 +66,33 @@ fn giving_away(bench: &Bench, attempt: &Attempt, group: &[usize]) -> Vec<Mend> {
     takers.truncate(MAX_TAKERS);
     let surfaces: Vec<(u32, Surface)> =
         takers.iter().filter_map(|(r, _)| bench.surfaces[*r as usize].map(|s| (*r, s))).collect();
-    let center = |t: &u32| bench.closed.mesh.triangle_center(*t as usize);
     let mut mends = Vec::new();
     if surfaces.len() > 1 {
         let nearest = |t: &u32| {
-            let off = |s: &Surface| s.signed_distance(&center(t)).abs();
-            surfaces.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1))).expect("there are some")
+            let off = surfaces.iter().map(|(r, s)| (*r, off(bench, *t, *r, s)));
+            off.min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are some")
         };
-        let labels: Vec<u32> = triangles.iter().map(|t| nearest(t).0).collect();
-        let off = triangles.iter().map(|t| nearest(t).1.signed_distance(&center(t)).abs());
-        if harmless(bench, off.collect()) {
+        let (labels, off): (Vec<u32>, Vec<f64>) = triangles.iter().map(nearest).unzip();
+        if harmless(bench, off) {
             mends.push(Mend::Relabel { triangles: triangles.clone(), labels });
         }
     }
     for (taker, surface) in &surfaces {
-        if harmless(bench, triangles.iter().map(|t| surface.signed_distance(&center(t)).abs()).collect()) {
+        if harmless(bench, triangles.iter().map(|t| off(bench, *t, *taker, surface)).collect()) {
             mends.push(Mend::Relabel { triangles: triangles.clone(), labels: vec![*taker; triangles.len()] });
         }
     }
     mends
+}
+
+/// Distance of a triangle from the surface of a region; without end where it faces the other way: the two sides of a
+/// thin wall are near each other and not one face.
+fn off(bench: &Bench, triangle: u32, region: u32, surface: &Surface) -> f64 {
+    let mesh = &bench.closed.mesh;
+    let (distance, normal) = surface.distance_and_normal(&mesh.triangle_center(triangle as usize));
+    let along = normal.dot(&mesh.cross(triangle as usize));
+    let same_side = (along > 0.0) == bench.closed.primitives[region as usize].outward;
+    if same_side { distance.abs() } else { f64::INFINITY }
 }
 
 /// Whether triangles this far from the surface that takes them are lost in what a scan rounds off.
