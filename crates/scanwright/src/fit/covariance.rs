@@ -9,6 +9,10 @@ use super::Samples;
 use crate::math::{Frame, Vec3, centroid};
 use crate::surface::Surface;
 
+/// Vertices of a scan per independent sample of its noise, which is correlated: twice what its correlation length asks
+/// for, as that is not measured.
+pub const VERTICES_PER_SAMPLE: f64 = 80.0;
+
 /// Names of the parameters of a covariance matrix: the surface's motions that show (translations, length; tilts,
 /// radians), then its shape.
 pub fn parameter_names(surface: &Surface) -> &'static [&'static str] {

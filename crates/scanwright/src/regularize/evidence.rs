@@ -1,17 +1,17 @@
 //! How well a primitive's own points show its direction.
 //!
 //! The covariance that comes with a primitive is that of its fit, which leaves out every point that the rounding of
-//! an edge might have moved; for narrow faces that is nearly all of them, and the uncertainty said is up to five times
-//! the error made. A test of relations needs the error that is really made: all vertices inside the region count, one
+//! an edge might have moved; for narrow faces that is nearly all of them, and the uncertainty said is several times the
+//! error made. A test of relations needs the error that is really made: all vertices inside the region count, one
 //! in [`VERTICES_PER_SAMPLE`] as independent. Against the true normals of the benchmark's planes this covers 95 %
 //! within 1.8 (230 planes of the scan grade) to 2.1 standard uncertainties (245 of the clean grade). It says up
 //! to a half too little for the widest faces, which the form deviation covers, and two to three times too much for the
 //! narrowest. Axes of revolution follow the same rule, but were not held against truth.
 
-use nalgebra::{DMatrix, Matrix2};
+use nalgebra::{DMatrix, Matrix2, Matrix3x2};
 
 use super::directions::Direction;
-use crate::fit::{Samples, parameter_covariance, parameter_names};
+use crate::fit::{Samples, VERTICES_PER_SAMPLE, parameter_covariance, parameter_names};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, centroid};
 use crate::mesh::{Adjacency, Mesh};
 use crate::recognize::Primitive;
@@ -19,9 +19,6 @@ use crate::segment::Segmentation;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
-/// Vertices per independent sample of the noise, as in the covariance of fits: a scanner's noise is correlated over
-/// several vertices.
-const VERTICES_PER_SAMPLE: f64 = 80.0;
 /// Fewer vertices show no direction.
 const MIN_VERTICES: usize = 8;
 /// Samples of the information matrix, spread over the region: its shape needs no more.
@@ -78,15 +75,19 @@ impl Evidence {
 
 /// Covariance of the third direction of `frame` when it is tilted about the first two with covariance `tilts`.
 fn covariance_of_direction(frame: &Frame, tilts: &Matrix2<f64>) -> Mat3 {
-    // A turn by omega moves z by omega x z: x cross z is -y, y cross z is x.
-    let columns = nalgebra::Matrix3x2::from_columns(&[-frame.y.into_inner(), frame.x.into_inner()]);
-    columns * tilts * columns.transpose()
+    let moves = moves(frame);
+    moves * tilts * moves.transpose()
 }
 
 /// Covariance of the tilts of `frame` that moves its third direction with covariance `direction`.
 pub(super) fn tilts_of_direction(frame: &Frame, direction: &Mat3) -> Matrix2<f64> {
-    let columns = nalgebra::Matrix3x2::from_columns(&[-frame.y.into_inner(), frame.x.into_inner()]);
-    columns.transpose() * direction * columns
+    let moves = moves(frame);
+    moves.transpose() * direction * moves
+}
+
+/// What tilts about the first two directions of `frame` move the third by: a turn by omega moves z by omega x z.
+fn moves(frame: &Frame) -> Matrix3x2<f64> {
+    Matrix3x2::from_columns(&[-frame.y.into_inner(), frame.x.into_inner()])
 }
 
 /// Normal of a plane, axis of a cylinder, cone or torus.

@@ -3,7 +3,7 @@
 use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::narrow::Rim;
-use crate::fit::{Fit, Samples, Weights, parameter_covariance, refine};
+use crate::fit::{Fit, Samples, VERTICES_PER_SAMPLE, Weights, parameter_covariance, refine};
 use crate::recognize::{Primitive, Residual};
 use crate::surface::Surface;
 
@@ -11,8 +11,6 @@ use crate::surface::Surface;
 const N_SAMPLES: usize = 20_000;
 /// Steps of the final fit.
 const STEPS: usize = 30;
-/// Vertices per independent sample of the noise: twice what its correlation length asks for, as it is not measured.
-const VERTICES_PER_SAMPLE: f64 = 80.0;
 /// Weight of normals: filtered normals are biased, raw distances are not.
 const NORMAL_WEIGHT: f64 = 0.02;
 /// Share of a region's vertices that the fit rests on at least: a few in the middle of a narrow band would leave its
