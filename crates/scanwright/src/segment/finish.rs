@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{bridge, primitive};
+use super::{bridge, fillet, primitive};
 use crate::fit::Fit;
 use crate::mesh::Mesh;
 use crate::par;
@@ -28,14 +28,21 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &Segm
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
+    let fillets = fillet::insert(field, &mut regions);
     let members = regions.members();
-    let primitives = par::map_indices(regions.fits.len(), |k| {
+    let mut primitives = par::map_indices(regions.fits.len(), |k| {
         let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
         match regions.fits[k] {
             Some(fit) => primitive::fitted(field, &fit, &members[k], fit_of),
             None => primitive::freeform(),
         }
     });
+    let tangent = par::map(&fillets, |fillet| fillet.primitive(field, &primitives, &members));
+    for (fillet, primitive) in fillets.iter().zip(tangent) {
+        if let Some(primitive) = primitive {
+            primitives[fillet.region as usize] = primitive;
+        }
+    }
     let labels = triangle_labels(mesh, field, &regions, &primitives);
     Segmentation { labels, primitives }
 }
@@ -44,9 +51,11 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &Segm
 type Claim = (OrderedCost, u64, u32, u32, u32);
 
 /// One region per connected set of equal labels.
-struct Regions {
-    of_vertex: Vec<Option<u32>>,
-    fits: Vec<Option<Fit>>,
+pub(super) struct Regions {
+    /// One per vertex.
+    pub of_vertex: Vec<Option<u32>>,
+    /// One per region; none for freeform.
+    pub fits: Vec<Option<Fit>>,
 }
 
 impl Regions {
@@ -154,7 +163,8 @@ impl Regions {
         self.fits = kept;
     }
 
-    fn members(&self) -> Vec<Vec<u32>> {
+    /// Vertices of each region, ascending.
+    pub fn members(&self) -> Vec<Vec<u32>> {
         let mut members = vec![Vec::new(); self.fits.len()];
         for (v, k) in self.of_vertex.iter().enumerate() {
             if let Some(k) = k {

@@ -9,6 +9,7 @@ mod bridge;
 mod cover;
 mod edge;
 mod field;
+mod fillet;
 mod finish;
 mod grow;
 mod label;

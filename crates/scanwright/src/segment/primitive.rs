@@ -54,10 +54,20 @@ pub(super) fn fitted(
         plane.normal = -plane.normal;
         fit.outward = true;
     }
+    with_evidence(fit, &samples, interior.len())
+}
+
+/// The region of a surface that is given, not fitted: what its vertices `members` say about it.
+pub(super) fn given(field: &Field, fit: &Fit, members: &[u32]) -> Primitive {
+    let samples = without_blur(&fit.surface, field.samples(members, N_SAMPLES), field.blur);
+    with_evidence(*fit, &samples, members.len())
+}
+
+fn with_evidence(fit: Fit, samples: &Samples, n_interior: usize) -> Primitive {
     let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
     let residual = Residual::from_distances(&distances);
-    let n_effective = (interior.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
-    let covariance = parameter_covariance(&fit.surface, &samples, residual.rms, n_effective);
+    let n_effective = (n_interior as f64 / VERTICES_PER_SAMPLE).max(1.0);
+    let covariance = parameter_covariance(&fit.surface, samples, residual.rms, n_effective);
     Primitive { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
 }
 

@@ -1,0 +1,138 @@
+//! What lies along the edge of two surfaces: a sharp corner, a chamfer or a fillet.
+//!
+//! One vertex hardly tells a fillet of three spacings from a chamfer; all vertices along an edge do. Deviations from
+//! each model are averaged along the edge, in bins of about one row of vertices across it, and the averages are held
+//! against what noise leaves in them.
+
+use super::section::{Corner, Place};
+use crate::segment::field::Field;
+
+/// Rows along an edge per independent sample: the correlation length of scan noise.
+const ROWS_PER_SAMPLE: f64 = 6.0;
+/// Deviations beyond this many sigmas are outliers.
+const CLIP: f64 = 4.0;
+/// Width of a bin across the edge, spacings.
+const BIN: f64 = 0.8;
+/// Places that a model is fitted to.
+const N_FIT: usize = 300;
+/// Range of a sharp edge's own spot, as shares of the scan's: it is measured no better.
+const SPOT_RANGE: (f64, f64) = (0.7, 1.35);
+
+/// A model with its misfit: deviations of the averages, squared, in units of their noise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fitted {
+    pub corner: Corner,
+    pub misfit: f64,
+    /// Root mean square of the averages over the noise of one vertex.
+    pub systematic: f64,
+}
+
+/// The places along one edge.
+#[derive(Debug)]
+pub(super) struct Edge<'p> {
+    places: &'p [Place],
+    sample: Vec<Place>,
+    sigma: f64,
+    blur: f64,
+    spacing: f64,
+}
+
+impl<'p> Edge<'p> {
+    pub fn new(field: &Field, places: &'p [Place]) -> Self {
+        let stride = places.len().div_ceil(N_FIT).max(1);
+        Self {
+            places,
+            sample: places.iter().copied().step_by(stride).collect(),
+            sigma: field.weights.distance_sigma,
+            blur: field.blur,
+            spacing: field.spacing,
+        }
+    }
+
+    pub fn sharp(&self) -> Fitted {
+        let (low, high) = SPOT_RANGE;
+        let [share] = self.search(&[[low], [1.0], [high]], [0.2], |[share]| {
+            (low..=high).contains(&share).then_some(Corner::Sharp { blur: self.blur * share })
+        });
+        self.fitted(Corner::Sharp { blur: self.blur * share })
+    }
+
+    pub fn chamfer(&self) -> Fitted {
+        let depths = (0..8).map(|k| self.spacing * 0.2 * 1.6_f64.powi(k));
+        let starts: Vec<[f64; 2]> =
+            depths.flat_map(|depth| [0.3, 0.5, 0.7].map(|share| [share, depth])).collect();
+        let make = |[share, depth]: [f64; 2]| {
+            ((0.1..=0.9).contains(&share) && depth > 0.0).then_some(Corner::Chamfer { share, depth })
+        };
+        let best = self.search(&starts, [0.1, 0.3 * self.spacing], make);
+        self.fitted(make(best).expect("the best is possible"))
+    }
+
+    /// The best fillet of at least `min_radius`.
+    pub fn fillet(&self, min_radius: f64) -> Fitted {
+        let starts: Vec<[f64; 1]> = (0..12).map(|k| [min_radius * 1.35_f64.powi(k)]).collect();
+        let make = |[radius]: [f64; 1]| (radius >= min_radius).then_some(Corner::Fillet { radius });
+        let best = self.search(&starts, [0.25 * min_radius], make);
+        self.fitted(make(best).expect("the best is possible"))
+    }
+
+    /// Hooke and Jeeves' pattern search from the best of `starts`; `make` gives none outside its bounds.
+    fn search<const N: usize>(
+        &self,
+        starts: &[[f64; N]],
+        mut steps: [f64; N],
+        make: impl Fn([f64; N]) -> Option<Corner>,
+    ) -> [f64; N] {
+        const ROUNDS: usize = 40;
+        const FINEST: f64 = 0.01;
+        let loss = |x: [f64; N]| make(x).map_or(f64::MAX, |corner| self.loss(&corner));
+        let first = starts.iter().map(|&x| (loss(x), x)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut lowest, mut best) = first.expect("there is a start");
+        let smallest = steps.map(|s| s * FINEST);
+        for _ in 0..ROUNDS {
+            let before = lowest;
+            for k in 0..N {
+                for sign in [1.0, -1.0] {
+                    let mut trial = best;
+                    trial[k] += sign * steps[k];
+                    let l = loss(trial);
+                    if l < lowest {
+                        (lowest, best) = (l, trial);
+                    }
+                }
+            }
+            if lowest >= before {
+                if steps.iter().zip(&smallest).all(|(s, least)| s <= least) {
+                    break;
+                }
+                steps = steps.map(|s| 0.5 * s);
+            }
+        }
+        best
+    }
+
+    fn loss(&self, corner: &Corner) -> f64 {
+        self.sample.iter().map(|p| (corner.distance(p, self.blur) / self.sigma).powi(2).min(CLIP * CLIP)).sum()
+    }
+
+    fn fitted(&self, corner: Corner) -> Fitted {
+        let bin_of = |p: &Place| (p.across() / (BIN * self.spacing)).round() as i64;
+        let low = self.places.iter().map(bin_of).min().unwrap_or(0);
+        let high = self.places.iter().map(bin_of).max().unwrap_or(0);
+        let mut bins = vec![(0.0, 0.0); (high - low + 1) as usize];
+        for place in self.places {
+            let deviation = (corner.distance(place, self.blur) / self.sigma).clamp(-CLIP, CLIP);
+            let bin = &mut bins[(bin_of(place) - low) as usize];
+            bin.0 += deviation;
+            bin.1 += 1.0;
+        }
+        let (mut misfit, mut sum_sq, mut n) = (0.0, 0.0, 0.0);
+        for (sum, count) in bins.into_iter().filter(|b| b.1 > 0.0) {
+            let mean_sq = (sum / count).powi(2);
+            misfit += mean_sq * (BIN * count / ROWS_PER_SAMPLE).max(1.0_f64.min(count));
+            sum_sq += mean_sq * count;
+            n += count;
+        }
+        Fitted { corner, misfit, systematic: (sum_sq / f64::max(n, 1.0)).sqrt() }
+    }
+}

@@ -1,0 +1,343 @@
+//! Fillets between faces that stand.
+//!
+//! A fillet a few vertices wide has no interior to type: its middle rows read as a chamfer and its outer rows go to
+//! the faces beside it. But once those faces are known it has one free parameter, the radius of a ball that rolls
+//! along both, and what the scanner makes of it is known too (`section`). Every strip between two faces, and every
+//! edge, is asked whether a sharp corner, a chamfer or a fillet describes it best (`evidence`); a fillet becomes the
+//! cylinder or torus that is tangent to both faces (`rolling_ball`) and takes the vertices between its contacts.
+
+mod evidence;
+mod rolling_ball;
+mod section;
+
+use evidence::Edge;
+use rolling_ball::Sweep;
+use section::{Corner, Place};
+
+use super::field::{Field, Scratch};
+use super::finish::Regions;
+use super::grow::{BORDER_RINGS, MIN_INTERIOR};
+use super::primitive;
+use crate::fit::{Fit, refine};
+use crate::math::Point3;
+use crate::par;
+use crate::recognize::Primitive;
+
+/// A fillet that was put in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fillet {
+    /// Its own.
+    pub region: u32,
+    /// The regions that it is tangent to.
+    sides: [u32; 2],
+    convex: bool,
+}
+
+impl Fillet {
+    /// The surface tangent to its sides as finally fitted, with the radius that the scan shows then; `None` when they
+    /// have no fillet any more.
+    pub fn primitive(
+        &self,
+        field: &Field,
+        primitives: &[Primitive],
+        members: &[Vec<u32>],
+    ) -> Option<Primitive> {
+        let side = |k: u32| {
+            let primitive = &primitives[k as usize];
+            primitive.surface.map(|surface| Fit { surface, outward: primitive.outward })
+        };
+        let [a, b] = self.sides.map(side);
+        let (a, b) = (a?, b?);
+        let mine = &members[self.region as usize];
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
+        let places = places(field, &a, &b, self.convex, mine)?;
+        let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner else {
+            return None;
+        };
+        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle(field, mine, &places))?;
+        Some(primitive::given(field, &fit, mine))
+    }
+}
+
+/// Passes over all edges: sides are fitted again without what the first pass took from them.
+const PASSES: usize = 2;
+/// Rings that the widest strip may have between its middle and its border.
+const STRIP_RINGS: usize = 7;
+/// Share of a strip's vertices that are within those rings, and of its border that each side has.
+const STRIP_SHARE: f64 = 0.95;
+const SIDE_SHARE: f64 = 0.2;
+/// Border vertices of the shortest edge.
+const MIN_EDGE: usize = 10;
+/// Fewer vertices are no face.
+const MIN_FILLET: usize = 20;
+/// Angles between faces, radians, at which a fillet is told from its sides, and at which the section is one.
+const ANGLES: (f64, f64) = (0.25, 2.7);
+/// Misfit by which a fillet must be better than a chamfer, with one parameter more, and than a sharp edge.
+const BETTER_THAN_CHAMFER: f64 = 6.0;
+const BETTER_THAN_SHARP: f64 = 12.0;
+/// Largest systematic deviation of a fillet, sigmas of one vertex.
+const MAX_SYSTEMATIC: f64 = 0.8;
+
+/// Puts fillets into the regions where the scan shows them; returns them.
+pub(super) fn insert(field: &Field, regions: &mut Regions) -> Vec<Fillet> {
+    let mut fillets: Vec<Fillet> = Vec::new();
+    for _ in 0..PASSES {
+        let candidates = candidates(field, regions);
+        let mut found: Vec<Found> =
+            par::map(&candidates, |c| Found::of(field, regions, c)).into_iter().flatten().collect();
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut changed = vec![false; regions.fits.len()];
+        let mut is_fillet = vec![false; regions.fits.len()];
+        for found in found {
+            let blocked = found.candidate.strip.is_some_and(|k| changed[k as usize])
+                || found.candidate.sides.iter().any(|&k| is_fillet[k as usize]);
+            if blocked {
+                continue;
+            }
+            let region = found.apply(regions);
+            changed.resize(regions.fits.len(), false);
+            is_fillet.resize(regions.fits.len(), false);
+            changed[region as usize] = true;
+            is_fillet[region as usize] = true;
+            for side in found.candidate.sides {
+                changed[side as usize] = true;
+            }
+            fillets.retain(|f| f.region != region);
+            fillets.push(Fillet { region, sides: found.candidate.sides, convex: found.convex });
+        }
+        refit(field, regions, &changed, &is_fillet);
+    }
+    let members = regions.members();
+    fillets.retain(|f| members[f.region as usize].len() >= MIN_FILLET);
+    fillets.sort_by_key(|f| f.region);
+    fillets
+}
+
+/// Fits changed regions again, fillets aside.
+fn refit(field: &Field, regions: &mut Regions, changed: &[bool], is_fillet: &[bool]) {
+    const STEPS: usize = 12;
+    const N_SAMPLES: usize = 400;
+    let members = regions.members();
+    let fits = par::map_indices(regions.fits.len(), |k| {
+        let fit = regions.fits[k]?;
+        if !changed[k] || is_fillet[k] || members[k].is_empty() {
+            return Some(fit);
+        }
+        let mut scratch = Scratch::new(field.n_vertices());
+        let interior = field.eroded(&members[k], BORDER_RINGS, MIN_INTERIOR, &mut scratch);
+        refine(&fit, &field.samples(&interior, N_SAMPLES), &field.weights, STEPS).or(Some(fit))
+    });
+    regions.fits = fits;
+}
+
+/// Where a fillet may be: between two sides, in place of a strip or along their common edge.
+#[derive(Debug, Clone)]
+struct Candidate {
+    strip: Option<u32>,
+    sides: [u32; 2],
+    /// Vertices of the strip or of the edge.
+    core: Vec<u32>,
+}
+
+fn candidates(field: &Field, regions: &Regions) -> Vec<Candidate> {
+    let members = regions.members();
+    let mut found: Vec<Candidate> = par::map_indices(members.len(), |k| {
+        strip(field, regions, k as u32, &members[k])
+    })
+    .into_iter()
+    .flatten()
+    .collect();
+    found.extend(edges(field, regions));
+    found
+}
+
+/// The region as a strip between two others.
+fn strip(field: &Field, regions: &Regions, region: u32, members: &[u32]) -> Option<Candidate> {
+    let mut scratch = Scratch::new(field.n_vertices());
+    let depths = field.depths(members, STRIP_RINGS, &mut scratch);
+    let n_narrow = depths.iter().filter(|d| usize::from(**d) < STRIP_RINGS).count();
+    if members.len() < MIN_FILLET || (n_narrow as f64) < STRIP_SHARE * members.len() as f64 {
+        return None;
+    }
+    let mut around: Vec<u32> = members
+        .iter()
+        .flat_map(|&v| field.rings.row(v as usize))
+        .filter_map(|&u| regions.of_vertex[u as usize])
+        .filter(|&k| k != region)
+        .collect();
+    around.sort_unstable();
+    let n_around = around.len();
+    let mut counts: Vec<(usize, u32)> =
+        around.chunk_by(|a, b| a == b).map(|run| (run.len(), run[0])).collect();
+    counts.sort_by_key(|&(n, k)| (std::cmp::Reverse(n), k));
+    let [(_, a), (least, b), ..] = counts[..] else { return None };
+    (least as f64 >= SIDE_SHARE * n_around as f64).then(|| Candidate {
+        strip: Some(region),
+        sides: [a.min(b), a.max(b)],
+        core: members.to_vec(),
+    })
+}
+
+/// Connected edges between two regions that touch.
+fn edges(field: &Field, regions: &Regions) -> Vec<Candidate> {
+    let mut on_edge: Vec<([u32; 2], u32)> = Vec::new();
+    for v in 0..field.n_vertices() {
+        let Some(a) = regions.of_vertex[v] else { continue };
+        for &u in field.rings.row(v) {
+            if let Some(b) = regions.of_vertex[u as usize]
+                && a != b
+            {
+                on_edge.push(([a.min(b), a.max(b)], v as u32));
+            }
+        }
+    }
+    on_edge.sort_unstable();
+    on_edge.dedup();
+    let mut found = Vec::new();
+    for run in on_edge.chunk_by(|x, y| x.0 == y.0) {
+        let mut left: Vec<u32> = run.iter().map(|e| e.1).collect();
+        while let Some(start) = left.pop() {
+            let mut core = vec![start];
+            let mut next = 0;
+            while next < core.len() {
+                for &u in field.rings.row(core[next] as usize) {
+                    if let Ok(at) = left.binary_search(&u) {
+                        left.remove(at);
+                        core.push(u);
+                    }
+                }
+                next += 1;
+            }
+            if core.len() >= 2 * MIN_EDGE {
+                found.push(Candidate { strip: None, sides: run[0].0, core });
+            }
+        }
+    }
+    found
+}
+
+/// A fillet with the vertices that it and its sides take.
+#[derive(Debug)]
+struct Found {
+    candidate: Candidate,
+    fit: Fit,
+    convex: bool,
+    /// Misfit that it saves.
+    gain: f64,
+    /// Vertices between its contacts, and those beyond the first and the second.
+    between: Vec<u32>,
+    beyond: [Vec<u32>; 2],
+}
+
+impl Found {
+    fn of(field: &Field, regions: &Regions, candidate: &Candidate) -> Option<Self> {
+        let [a, b] = candidate.sides.map(|k| regions.fits[k as usize]);
+        let (a, b) = (a?, b?);
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
+        let is_part = |k: u32| Some(k) == candidate.strip || candidate.sides.contains(&k);
+        let mut scratch = Scratch::new(field.n_vertices());
+        let reach = (2.0 * field.blur / field.spacing).ceil() as usize
+            + if candidate.strip.is_some() { 3 } else { 5 };
+        let around = field.dilated(&candidate.core, reach, &mut scratch);
+        let band: Vec<u32> =
+            around.into_iter().filter(|&v| regions.of_vertex[v as usize].is_some_and(is_part)).collect();
+        let convex = is_convex(field, &a, &b, &candidate.core);
+        let places = places(field, &a, &b, convex, &band)?;
+        let edge = Edge::new(field, &places);
+        let fillet = edge.fillet(field.limits.min_radius);
+        if fillet.systematic > MAX_SYSTEMATIC {
+            return None;
+        }
+        let over_sharp = edge.sharp().misfit - fillet.misfit;
+        if over_sharp < BETTER_THAN_SHARP {
+            return None;
+        }
+        let over_chamfer = edge.chamfer().misfit - fillet.misfit;
+        if over_chamfer < BETTER_THAN_CHAMFER {
+            return None;
+        }
+        let Corner::Fillet { radius } = fillet.corner else { return None };
+        let middle = middle(field, &band, &places);
+        let fit = sweep.fillet(&a, &b, radius, convex, &middle)?;
+        let (mut between, mut beyond) = (Vec::new(), [Vec::new(), Vec::new()]);
+        for (&v, place) in band.iter().zip(&places) {
+            match place.past_contacts(radius) {
+                (x, y) if x >= 0.0 && y >= 0.0 => between.push(v),
+                (x, y) if x < y => beyond[0].push(v),
+                _ => beyond[1].push(v),
+            }
+        }
+        if between.len() < MIN_FILLET || !explains(field, &fit, &between) {
+            return None;
+        }
+        let gain = over_sharp.min(over_chamfer);
+        Some(Self { candidate: candidate.clone(), fit, convex, gain, between, beyond })
+    }
+
+    /// Labels the vertices; returns the region of the fillet.
+    fn apply(&self, regions: &mut Regions) -> u32 {
+        let region = self.candidate.strip.unwrap_or(regions.fits.len() as u32);
+        if region as usize == regions.fits.len() {
+            regions.fits.push(None);
+        }
+        regions.fits[region as usize] = Some(self.fit);
+        let is_part =
+            |k: Option<u32>| k.is_some_and(|k| k == region || self.candidate.sides.contains(&k));
+        let [a, b] = self.candidate.sides;
+        for (vertices, label) in [(&self.between, region), (&self.beyond[0], a), (&self.beyond[1], b)] {
+            for &v in vertices {
+                let slot = &mut regions.of_vertex[v as usize];
+                // Beyond its contacts only what the fillet had goes to the sides.
+                let may = if label == region { is_part(*slot) } else { *slot == Some(region) };
+                if may {
+                    *slot = Some(label);
+                }
+            }
+        }
+        region
+    }
+}
+
+/// Whether the part's edge is rounded off and not its corner filled.
+fn is_convex(field: &Field, a: &Fit, b: &Fit, core: &[u32]) -> bool {
+    let sum = |v: &u32| {
+        let point = &field.points[*v as usize];
+        a.distance_and_outward_normal(point).0 + b.distance_and_outward_normal(point).0
+    };
+    core.iter().map(sum).sum::<f64>() < 0.0
+}
+
+/// The vertices in the section of the two surfaces; `None` where they do not meet at an angle.
+fn places(field: &Field, a: &Fit, b: &Fit, convex: bool, band: &[u32]) -> Option<Vec<Place>> {
+    let side = if convex { 1.0 } else { -1.0 };
+    let place = |&v: &u32| {
+        let point = &field.points[v as usize];
+        let (da, na) = a.distance_and_outward_normal(point);
+        let (db, nb) = b.distance_and_outward_normal(point);
+        let angle = na.dot(&nb).clamp(-1.0, 1.0).acos();
+        Place { a: side * da, b: side * db, angle }
+    };
+    let places: Vec<Place> = band.iter().map(place).collect();
+    places.iter().all(|p| (ANGLES.0..ANGLES.1).contains(&p.angle)).then_some(places)
+}
+
+/// A vertex as near to both surfaces as any.
+fn middle(field: &Field, band: &[u32], places: &[Place]) -> Point3 {
+    let nearest = band
+        .iter()
+        .zip(places)
+        .min_by(|x, y| x.1.across().abs().total_cmp(&y.1.across().abs()).then(x.0.cmp(y.0)));
+    nearest.map_or_else(Point3::origin, |(&v, _)| field.points[v as usize])
+}
+
+/// Whether the surface itself, curved along the edge as the section is not, describes its vertices.
+fn explains(field: &Field, fit: &Fit, vertices: &[u32]) -> bool {
+    const MAX_COST: f64 = 5.0;
+    let cost = |&v: &u32| {
+        let point = &field.points[v as usize];
+        let seen = fit.surface.signed_distance(point)
+            + 0.5 * field.blur * field.blur * fit.surface.curvature_sum(point);
+        (seen / field.weights.distance_sigma).powi(2).min(25.0)
+    };
+    vertices.iter().map(cost).sum::<f64>() < MAX_COST * vertices.len() as f64
+}

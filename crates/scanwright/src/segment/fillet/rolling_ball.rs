@@ -1,0 +1,174 @@
+//! The surface that a ball of one radius leaves as it rolls along two others: a cylinder or a torus.
+//!
+//! It is one of the five only where both surfaces sweep the same section along a line or about an axis; other pairs
+//! have no analytic fillet. The centre of the ball is found in space by Newton's method on the two signed distances:
+//! their gradients stay in the section, so no section is ever cut.
+
+use crate::fit::Fit;
+use crate::math::{Axis, Point3, UnitVec3, Vec3, try_unit};
+use crate::surface::{Cylinder, Surface, Torus};
+
+/// What two surfaces that share an edge have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Sweep {
+    /// Both run straight along this direction.
+    Along(UnitVec3),
+    /// Both turn about this axis.
+    About(Axis),
+}
+
+/// Largest angle by which fitted surfaces may miss a common direction, radians: narrow faces show theirs no better.
+const MAX_ANGLE: f64 = 0.06;
+/// Two planes less apart have no edge.
+const MIN_EDGE_ANGLE: f64 = 0.1;
+
+impl Sweep {
+    /// What `a` and `b` have in common; `None` when no one sweep makes both. `slack`: length by which axes may miss
+    /// each other.
+    pub fn of(a: &Surface, b: &Surface, slack: f64) -> Option<Self> {
+        let (simple, other) = if a.kind() <= b.kind() { (a, b) } else { (b, a) };
+        match (simple, other) {
+            (Surface::Plane(p), Surface::Plane(q)) => {
+                let along = p.normal.cross(&q.normal);
+                (along.norm() > MIN_EDGE_ANGLE).then(|| Self::Along(UnitVec3::new_normalize(along)))
+            }
+            (Surface::Plane(p), Surface::Sphere(s)) => {
+                Some(Self::About(Axis { origin: s.center, direction: p.normal }))
+            }
+            (Surface::Plane(p), _) => {
+                let axis = other.axis()?;
+                let across = p.normal.dot(&axis.direction).abs();
+                if across > MAX_ANGLE.cos() {
+                    Some(Self::About(axis))
+                } else if across < MAX_ANGLE && matches!(other, Surface::Cylinder(_)) {
+                    Some(Self::Along(axis.direction))
+                } else {
+                    None
+                }
+            }
+            (Surface::Sphere(p), Surface::Sphere(q)) => {
+                let direction = try_unit(q.center - p.center)?;
+                Some(Self::About(Axis { origin: p.center, direction }))
+            }
+            (Surface::Sphere(s), _) | (_, Surface::Sphere(s)) => {
+                let axis = a.axis().or_else(|| b.axis())?;
+                (axis.radial(&s.center).norm() < slack).then_some(Self::About(axis))
+            }
+            _ => {
+                let (p, q) = (simple.axis()?, other.axis()?);
+                if p.direction.dot(&q.direction).abs() < MAX_ANGLE.cos() {
+                    return None;
+                }
+                let both_straight =
+                    matches!((simple, other), (Surface::Cylinder(_), Surface::Cylinder(_)));
+                if both_straight {
+                    return Some(Self::Along(p.direction));
+                }
+                (p.radial(&q.origin).norm() < slack).then_some(Self::About(p))
+            }
+        }
+    }
+
+    /// The fillet of `radius` between `a` and `b` nearest to `start`; `convex`: it rounds an edge of the part off,
+    /// else it fills a corner.
+    pub fn fillet(&self, a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Fit> {
+        let center = ball_center(a, b, radius, convex, start)?;
+        let surface = match self {
+            Self::Along(direction) => {
+                Surface::Cylinder(Cylinder { axis: Axis { origin: center, direction: *direction }, radius })
+            }
+            Self::About(axis) => {
+                let major_radius = axis.radial(&center).norm();
+                // Nearly a sphere: the ball turns on the spot.
+                if major_radius < 0.1 * radius {
+                    return None;
+                }
+                let axis = Axis { origin: axis.foot(&center), direction: axis.direction };
+                Surface::Torus(Torus { axis, major_radius, minor_radius: radius })
+            }
+        };
+        Some(Fit { surface, outward: convex })
+    }
+}
+
+/// Centre of a ball that touches both surfaces: inside the material under a convex edge, outside in a concave one.
+fn ball_center(a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Point3> {
+    const STEPS: usize = 20;
+    let wanted = if convex { -radius } else { radius };
+    let mut center = *start;
+    for _ in 0..STEPS {
+        let (da, na) = a.distance_and_outward_normal(&center);
+        let (db, nb) = b.distance_and_outward_normal(&center);
+        let (ra, rb) = (wanted - da, wanted - db);
+        if ra.abs().max(rb.abs()) < 1e-9 * radius {
+            return Some(center);
+        }
+        center += step(&na, &nb, ra, rb)?;
+    }
+    None
+}
+
+/// The shortest step that changes the distances with gradients `na` and `nb` by `ra` and `rb`.
+fn step(na: &Vec3, nb: &Vec3, ra: f64, rb: f64) -> Option<Vec3> {
+    let cos = na.dot(nb);
+    let sin_sq = 1.0 - cos * cos;
+    (sin_sq > MIN_EDGE_ANGLE * MIN_EDGE_ANGLE)
+        .then(|| na * ((ra - cos * rb) / sin_sq) + nb * ((rb - cos * ra) / sin_sq))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Plane;
+
+    fn fit(surface: Surface, outward: bool) -> Fit {
+        Fit { surface, outward }
+    }
+
+    fn plane(point: [f64; 3], normal: [f64; 3]) -> Fit {
+        fit(
+            Surface::Plane(Plane {
+                point: Point3::from(point),
+                normal: UnitVec3::new_normalize(Vec3::from(normal)),
+            }),
+            true,
+        )
+    }
+
+    fn shaft(radius: f64) -> Surface {
+        Surface::Cylinder(Cylinder { axis: Axis { origin: Point3::origin(), direction: Vec3::z_axis() }, radius })
+    }
+
+    #[test]
+    fn box_edge_gives_a_cylinder_tangent_to_both_planes() {
+        let (a, b) = (plane([5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), plane([0.0, 4.0, 0.0], [0.0, 1.0, 0.2]));
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("planes meet");
+        let found = sweep.fillet(&a, &b, 1.5, true, &Point3::new(5.0, 4.0, 0.0)).expect("a fillet");
+        let Surface::Cylinder(cylinder) = found.surface else { panic!("not a cylinder") };
+        for plane in [&a, &b] {
+            let distance = plane.distance_and_outward_normal(&cylinder.axis.origin).0;
+            assert!((distance + 1.5).abs() < 1e-9, "the axis lies {distance} off");
+            let Surface::Plane(p) = plane.surface else { unreachable!() };
+            assert!(cylinder.axis.direction.dot(&p.normal).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn shaft_on_a_flange_gives_a_torus_outside_the_shaft() {
+        let (a, b) = (plane([0.0; 3], [0.0, 0.0, 1.0]), fit(shaft(6.0), true));
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("a common axis");
+        let found = sweep.fillet(&a, &b, 2.0, false, &Point3::new(6.5, 0.0, 0.5)).expect("a fillet");
+        let Surface::Torus(torus) = found.surface else { panic!("not a torus") };
+        assert!((torus.major_radius - 8.0).abs() < 1e-9 && (torus.axis.origin.z - 2.0).abs() < 1e-9);
+        assert!(!found.outward, "the fillet is hollow");
+    }
+
+    #[test]
+    fn crossing_shafts_have_no_analytic_fillet() {
+        let across = Surface::Cylinder(Cylinder {
+            axis: Axis { origin: Point3::origin(), direction: Vec3::x_axis() },
+            radius: 2.0,
+        });
+        assert_eq!(Sweep::of(&shaft(6.0), &across, 0.1), None);
+    }
+}
