@@ -72,9 +72,13 @@ const MIN_EDGE: usize = 10;
 const MIN_FILLET: usize = 20;
 /// Angles between faces, radians, at which a fillet is told from its sides, and at which the section is one.
 const ANGLES: (f64, f64) = (0.25, 2.7);
-/// Misfit by which a fillet must be better than a chamfer, with one parameter more, and than a sharp edge.
-const BETTER_THAN_CHAMFER: f64 = 6.0;
+/// Misfit by which a fillet must be better than a sharp edge.
 const BETTER_THAN_SHARP: f64 = 12.0;
+/// Misfit by which it may be worse than a chamfer, which has one parameter more (the Bayesian criterion's price with
+/// about fifty samples).
+const WORSE_THAN_CHAMFER: f64 = 4.0;
+/// Arc, in spacings, below which a fillet that no strip shows must be better than a chamfer by as much.
+const WIDE_ARC: f64 = 3.5;
 /// Largest systematic deviation of a fillet, sigmas of one vertex.
 const MAX_SYSTEMATIC: f64 = 0.8;
 
@@ -252,11 +256,13 @@ impl Found {
         if over_sharp < BETTER_THAN_SHARP {
             return None;
         }
+        let Corner::Fillet { radius } = fillet.corner else { return None };
+        let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
+        let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
         let over_chamfer = edge.chamfer().misfit - fillet.misfit;
-        if over_chamfer < BETTER_THAN_CHAMFER {
+        if over_chamfer < if is_shown { -WORSE_THAN_CHAMFER } else { WORSE_THAN_CHAMFER } {
             return None;
         }
-        let Corner::Fillet { radius } = fillet.corner else { return None };
         let middle = middle(field, &band, &places);
         let fit = sweep.fillet(&a, &b, radius, convex, &middle)?;
         let (mut between, mut beyond) = (Vec::new(), [Vec::new(), Vec::new()]);
