@@ -6,9 +6,9 @@ use std::collections::BinaryHeap;
 use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{bridge, fillet, primitive};
+use super::{border, bridge, fillet, primitive};
 use crate::fit::Fit;
-use crate::mesh::Mesh;
+use crate::mesh::{Adjacency, Mesh};
 use crate::par;
 use crate::recognize::Primitive;
 
@@ -22,7 +22,13 @@ const FLOOD_RINGS: u32 = 5;
 const MIN_FREEFORM: usize = 80;
 
 /// Turns vertex labels into regions of triangles with fitted primitives.
-pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &SegmentOptions) -> Segmentation {
+pub(super) fn finish(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    field: &Field,
+    labels: &Labels,
+    options: &SegmentOptions,
+) -> Segmentation {
     let mut regions = Regions::from_labels(field, labels, options);
     regions.flood(field, FLOOD_RINGS);
     regions.add_freeform(field);
@@ -44,6 +50,7 @@ pub(super) fn finish(mesh: &Mesh, field: &Field, labels: &Labels, options: &Segm
         }
     }
     let labels = triangle_labels(mesh, field, &regions, &primitives);
+    let labels = border::sharpened(mesh, adjacency, &labels, &primitives);
     Segmentation { labels, primitives }
 }
 

@@ -5,6 +5,7 @@
 //! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
 //! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
 
+mod border;
 mod bridge;
 mod cover;
 mod edge;
@@ -75,7 +76,7 @@ pub fn segment(
     // No alternatives here: nothing would merge them again.
     let (selected, cover) = select::select(&field, &hypotheses);
     labels = label::label(&field, &selected, &cover);
-    finish::finish(mesh, &field, &labels, options)
+    finish::finish(mesh, adjacency, &field, &labels, options)
 }
 
 /// Labels by the best set of surfaces. Simpler surfaces that may stand in for complex ones join the hypotheses.

@@ -1,0 +1,148 @@
+//! Where one face ends and the next begins, triangle by triangle.
+//!
+//! Labels of vertices are decided with rough fits and a price for every border; once the surfaces are final, a
+//! triangle at a border belongs to whichever of the surfaces that meet there its centre is nearest to. Across a sharp
+//! edge, as round as the scanner makes it, that is the edge's bisector.
+
+use super::RegionId;
+use crate::mesh::{Adjacency, Mesh, TriId};
+use crate::par;
+use crate::recognize::Primitive;
+
+/// Angle between two normals, radians, below which one distance does not tell their surfaces apart.
+const TANGENT: f64 = 0.35;
+/// Smaller pieces of a region, in triangles, go to what surrounds them.
+const ISLAND: usize = 12;
+
+type Labels = [Option<RegionId>];
+
+/// Labels of triangles with sharp borders. Only triangles at a border change, to a label that meets them there.
+pub(super) fn sharpened(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    labels: &Labels,
+    primitives: &[Primitive],
+) -> Vec<Option<RegionId>> {
+    let normals = mesh.triangle_normals();
+    let mut sharp: Vec<Option<RegionId>> = par::map_indices(labels.len(), |t| {
+        let current = labels[t]?;
+        let mut around: Vec<RegionId> = mesh.triangles[t]
+            .iter()
+            .flat_map(|&v| adjacency.vertex_triangles.row(v as usize))
+            .filter_map(|&u| labels[u as usize])
+            .filter(|&k| k != current)
+            .collect();
+        around.sort_unstable();
+        around.dedup();
+        let place = Place { mesh, adjacency, triangle: t };
+        let mut best = current;
+        for k in around {
+            let (now, next) = (&primitives[best.0 as usize], &primitives[k.0 as usize]);
+            if faces(next, &normals[t], &place) && place.is_nearer(next, now) {
+                best = k;
+            }
+        }
+        Some(best)
+    });
+    while give_away_islands(adjacency, &mut sharp) {}
+    sharp
+}
+
+/// A triangle with its surroundings.
+struct Place<'m> {
+    mesh: &'m Mesh,
+    adjacency: &'m Adjacency,
+    triangle: usize,
+}
+
+impl Place<'_> {
+    /// Whether the first surface is nearer than the second. Tangent surfaces are compared over the ring.
+    fn is_nearer(&self, a: &Primitive, b: &Primitive) -> bool {
+        let (Some(sa), Some(sb)) = (a.surface, b.surface) else { return false };
+        let center = self.mesh.triangle_center(self.triangle);
+        let cos = sa.normal(&center).dot(&sb.normal(&center)) * if a.outward == b.outward { 1.0 } else { -1.0 };
+        if cos < TANGENT.cos() {
+            return sa.signed_distance(&center).abs() < sb.signed_distance(&center).abs();
+        }
+        let mut ring: Vec<u32> = self.mesh.triangles[self.triangle]
+            .iter()
+            .flat_map(|&v| self.adjacency.vertex_vertices.row(v as usize))
+            .copied()
+            .collect();
+        ring.sort_unstable();
+        ring.dedup();
+        let excess = |&v: &u32| {
+            let point = &self.mesh.vertices[v as usize];
+            sa.signed_distance(point).abs() - sb.signed_distance(point).abs()
+        };
+        ring.iter().map(excess).sum::<f64>() < 0.0
+    }
+}
+
+/// Whether a surface faces the way that a triangle does: the other side of a thin wall does not.
+fn faces(primitive: &Primitive, normal: &crate::math::Vec3, place: &Place) -> bool {
+    let center = place.mesh.triangle_center(place.triangle);
+    let side = if primitive.outward { 1.0 } else { -1.0 };
+    primitive.surface.is_some_and(|s| side * s.normal(&center).dot(normal) > 0.0)
+}
+
+/// Gives small pieces of regions to the neighbour they share most edges with; whether any changed.
+fn give_away_islands(adjacency: &Adjacency, labels: &mut Labels) -> bool {
+    let pieces = pieces(adjacency, labels);
+    let mut largest: Vec<usize> = Vec::new();
+    for (label, piece) in &pieces {
+        let at = label.0 as usize;
+        if largest.len() <= at {
+            largest.resize(at + 1, 0);
+        }
+        largest[at] = largest[at].max(piece.len());
+    }
+    let mut is_changed = false;
+    for (label, piece) in pieces {
+        if piece.len() >= ISLAND || piece.len() == largest[label.0 as usize] {
+            continue;
+        }
+        let mut around: Vec<RegionId> = piece
+            .iter()
+            .flat_map(|&t| adjacency.across[t as usize])
+            .flatten()
+            .filter_map(|u| labels[u as usize])
+            .filter(|&k| k != label)
+            .collect();
+        around.sort_unstable();
+        let most = around.chunk_by(|a, b| a == b).max_by_key(|run| (run.len(), std::cmp::Reverse(run[0])));
+        if let Some(run) = most {
+            for &t in &piece {
+                labels[t as usize] = Some(run[0]);
+            }
+            is_changed = true;
+        }
+    }
+    is_changed
+}
+
+/// Triangles of each piece of one label, connected across edges.
+fn pieces(adjacency: &Adjacency, labels: &Labels) -> Vec<(RegionId, Vec<TriId>)> {
+    let mut seen = vec![false; labels.len()];
+    let mut found = Vec::new();
+    for start in 0..labels.len() {
+        let Some(label) = labels[start] else { continue };
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let mut piece = vec![start as TriId];
+        let mut next = 0;
+        while next < piece.len() {
+            for u in adjacency.across[piece[next] as usize].into_iter().flatten() {
+                if !seen[u as usize] && labels[u as usize] == Some(label) {
+                    seen[u as usize] = true;
+                    piece.push(u);
+                }
+            }
+            next += 1;
+        }
+        found.push((label, piece));
+    }
+    found
+}
