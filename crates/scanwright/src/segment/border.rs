@@ -60,7 +60,8 @@ impl Place<'_> {
     fn is_nearer(&self, a: &Primitive, b: &Primitive) -> bool {
         let (Some(sa), Some(sb)) = (a.surface, b.surface) else { return false };
         let center = self.mesh.triangle_center(self.triangle);
-        let cos = sa.normal(&center).dot(&sb.normal(&center)) * if a.outward == b.outward { 1.0 } else { -1.0 };
+        let cos =
+            sa.normal(&center).dot(&sb.normal(&center)) * if a.outward == b.outward { 1.0 } else { -1.0 };
         if cos < TANGENT.cos() {
             return sa.signed_distance(&center).abs() < sb.signed_distance(&center).abs();
         }

@@ -112,7 +112,10 @@ impl<'p> Edge<'p> {
     }
 
     fn loss(&self, corner: &Corner) -> f64 {
-        self.sample.iter().map(|p| (corner.distance(p, self.blur) / self.sigma).powi(2).min(CLIP * CLIP)).sum()
+        self.sample
+            .iter()
+            .map(|p| (corner.distance(p, self.blur) / self.sigma).powi(2).min(CLIP * CLIP))
+            .sum()
     }
 
     fn fitted(&self, corner: Corner) -> Fitted {

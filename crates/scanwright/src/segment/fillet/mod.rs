@@ -51,7 +51,8 @@ impl Fillet {
         let mine = &members[self.region as usize];
         let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
         let places = places(field, &a, &b, self.convex, mine)?;
-        let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner else {
+        let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner
+        else {
             return None;
         };
         let fit = sweep.fillet(&a, &b, radius, self.convex, &middle(field, mine, &places))?;
@@ -145,12 +146,11 @@ struct Candidate {
 
 fn candidates(field: &Field, regions: &Regions) -> Vec<Candidate> {
     let members = regions.members();
-    let mut found: Vec<Candidate> = par::map_indices(members.len(), |k| {
-        strip(field, regions, k as u32, &members[k])
-    })
-    .into_iter()
-    .flatten()
-    .collect();
+    let mut found: Vec<Candidate> =
+        par::map_indices(members.len(), |k| strip(field, regions, k as u32, &members[k]))
+            .into_iter()
+            .flatten()
+            .collect();
     found.extend(edges(field, regions));
     found
 }
@@ -287,8 +287,7 @@ impl Found {
             regions.fits.push(None);
         }
         regions.fits[region as usize] = Some(self.fit);
-        let is_part =
-            |k: Option<u32>| k.is_some_and(|k| k == region || self.candidate.sides.contains(&k));
+        let is_part = |k: Option<u32>| k.is_some_and(|k| k == region || self.candidate.sides.contains(&k));
         let [a, b] = self.candidate.sides;
         for (vertices, label) in [(&self.between, region), (&self.beyond[0], a), (&self.beyond[1], b)] {
             for &v in vertices {

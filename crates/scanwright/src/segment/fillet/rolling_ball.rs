@@ -59,8 +59,7 @@ impl Sweep {
                 if p.direction.dot(&q.direction).abs() < MAX_ANGLE.cos() {
                     return None;
                 }
-                let both_straight =
-                    matches!((simple, other), (Surface::Cylinder(_), Surface::Cylinder(_)));
+                let both_straight = matches!((simple, other), (Surface::Cylinder(_), Surface::Cylinder(_)));
                 if both_straight {
                     return Some(Self::Along(p.direction));
                 }
@@ -136,7 +135,10 @@ mod tests {
     }
 
     fn shaft(radius: f64) -> Surface {
-        Surface::Cylinder(Cylinder { axis: Axis { origin: Point3::origin(), direction: Vec3::z_axis() }, radius })
+        Surface::Cylinder(Cylinder {
+            axis: Axis { origin: Point3::origin(), direction: Vec3::z_axis() },
+            radius,
+        })
     }
 
     #[test]
