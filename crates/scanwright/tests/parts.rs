@@ -260,7 +260,8 @@ pub fn counterbored(step: f64) -> Part {
     let mut part = Part::new();
     let inner = 8.0 - step;
     let n = around(14.0);
-    let corners = [(inner, 0.0), (14.0, 0.0), (14.0, 12.0), (8.0, 12.0), (8.0, 6.0), (inner, 6.0)];
+    let corners: [(f64, f64); 6] =
+        [(inner, 0.0), (14.0, 0.0), (14.0, 12.0), (8.0, 12.0), (8.0, 6.0), (inner, 6.0)];
     for (label, (r, z)) in corners.into_iter().enumerate() {
         let (next_r, next_z) = corners[(label + 1) % corners.len()];
         let n_steps = ((next_r - r).hypot(next_z - z) / STEP).round().max(2.0) as usize;
@@ -286,7 +287,7 @@ pub fn counterbored(step: f64) -> Part {
 pub fn dented() -> Part {
     let mut part = Part::new();
     let n = around(10.0);
-    let corners = [(10.0, 0.0), (10.0, 12.0), (6.0, 12.0), (0.5, 6.5)];
+    let corners: [(f64, f64); 4] = [(10.0, 0.0), (10.0, 12.0), (6.0, 12.0), (0.5, 6.5)];
     for (label, pair) in corners.windows(2).enumerate() {
         let [(r, z), (next_r, next_z)] = [pair[0], pair[1]];
         let n_steps = ((next_r - r).hypot(next_z - z) / STEP).round() as usize;

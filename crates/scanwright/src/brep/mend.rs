@@ -82,10 +82,17 @@ const CURED: f64 = 0.2;
 /// itself.
 const LOSS: f64 = 1.0;
 
-/// Share of the triangles that belong to a region.
+/// Share of the part's triangles that lie on the surface of a region of theirs: one that leaves them is no loss.
 fn share(bench: &Bench, attempt: &Attempt, region: u32) -> f64 {
-    let labels = &attempt.choice.labels;
-    labels.iter().filter(|l| **l == region).count() as f64 / bench.closed.mesh.triangles.len() as f64
+    /// In spacings: the rounding of an edge.
+    const ROUNDED: f64 = 1.2;
+    let Some(surface) = bench.surfaces[region as usize] else { return 0.0 };
+    let mesh = &bench.closed.mesh;
+    let on = |t: usize| {
+        surface.signed_distance(&mesh.triangle_center(t)).abs() <= ROUNDED * bench.tolerances.spacing()
+    };
+    let labels = attempt.choice.labels.iter().enumerate();
+    labels.filter(|(t, l)| **l == region && on(*t)).count() as f64 / mesh.triangles.len() as f64
 }
 
 /// Of the faces beside flaws each time the one that is most worth a B-spline.
