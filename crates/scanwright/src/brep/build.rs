@@ -45,7 +45,9 @@ fn built(bench: &Bench, made: Attempt) -> Built {
         n_facets[first.0 as usize] += usize::from(facet);
     }
     let mut was = vec![false; kept.len()];
-    first.iter().for_each(|l| was[l.0 as usize] = true);
+    for label in first {
+        was[label.0 as usize] = true;
+    }
     for region in (0..kept.len()).filter(|r| was[*r] != kept[*r]) {
         let (code, text) = if was[region] {
             let text = "its face is too narrow to have edges; its neighbours were extended over it";

@@ -95,7 +95,9 @@ impl Draft {
             mesh.triangles[*t as usize].iter().for_each(|v| cornered[*v as usize] = true);
         }
         let tips = tips(mesh, half_edges, &patches, &patch_of, spacing);
-        tips.iter().for_each(|(v, _)| cornered[*v as usize] = true);
+        for (v, _) in &tips {
+            cornered[*v as usize] = true;
+        }
         let topology = trace(mesh, half_edges, &patch_of, &cornered);
         let mut draft = Self {
             patches,

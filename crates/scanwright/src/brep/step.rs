@@ -6,7 +6,7 @@
 //! cone about their axis, a plane along the border, a cylinder through it) the first is taken that the triangles
 //! between the two lie on. Whether that mends the solid is found by building (`mend`). Cost O(triangles) per attempt.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::attempt::{Attempt, Bench};
 use super::halfedge::HalfEdges;
@@ -153,7 +153,7 @@ impl Border {
         let mesh = &bench.closed.mesh;
         let reach = self.width + WANDER * bench.tolerances.spacing();
         let mut found: BTreeMap<u32, VertId> = BTreeMap::new();
-        let mut front: std::collections::VecDeque<(u32, VertId)> = Default::default();
+        let mut front: VecDeque<(u32, VertId)> = VecDeque::new();
         for v in &self.vertices {
             front.extend(bench.half_edges.leaving(*v).iter().map(|h| (HalfEdges::triangle(*h) as u32, *v)));
         }
