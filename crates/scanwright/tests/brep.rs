@@ -12,7 +12,9 @@ use scanwright::segment::RegionId;
 use scanwright::surface::{Surface, SurfaceKind};
 use std::f64::consts::PI;
 
-use crate::parts::{Part, STEP, block, block_with_two_bores, cap, pipe, plane, tolerances};
+use crate::parts::{
+    Part, STEP, block, block_with_two_bores, cap, counterbored, dented, pipe, plane, tolerances,
+};
 
 /// Largest gap that the check allows here: what default tolerances allow.
 const GAP: f64 = 0.05 * STEP;
@@ -110,6 +112,39 @@ fn a_region_without_a_surface_becomes_a_spline_face() {
     let splines = solid.faces.iter().filter(|f| solid.geometry(f).kind().is_none());
     assert_eq!(splines.map(|f| f.region).collect::<Vec<_>>(), [RegionId(5)]);
     assert_near(volume(solid), 960.0, 0.01, "volume");
+}
+
+#[test]
+fn a_step_that_no_region_was_found_for_is_put_between_the_faces_beside_it() {
+    for width in [1.5, 2.5] {
+        let part = counterbored(width);
+        let whole = sound(&part);
+        let mut labelled = part.labelled();
+        // Shared between counterbore and bore, as a segmentation does with a strip that is too narrow for it.
+        for (t, label) in labelled.labels.iter_mut().enumerate().filter(|(_, l)| l.0 == 4) {
+            let center = labelled.mesh.triangle_center(t);
+            *label = RegionId(if center.x.hypot(center.y) > 8.0 - 0.5 * width { 3 } else { 5 });
+        }
+        let built = build(&labelled, &tolerances(STEP));
+        let issues: Vec<_> = built.issues.iter().map(|i| (i.code, i.region)).collect();
+        // The region of the step is known, but nothing belongs to it.
+        assert_eq!(issues, [(IssueCode::FaceAdded, Some(RegionId(6)))], "{width}");
+        assert_eq!(built.primitives.len(), 7);
+        let solid = &built.solids[0];
+        assert_eq!(check(solid, GAP), []);
+        assert_eq!(kinds(solid), kinds(&whole));
+        assert_near(volume(solid), volume(&whole), 1e-3 * volume(&whole), "volume");
+    }
+}
+
+#[test]
+fn a_cone_down_to_its_apex_is_two_faces_that_end_there() {
+    let solid = sound(&dented());
+    assert_eq!(kinds(&solid), [(SurfaceKind::Plane, 2), (SurfaceKind::Cylinder, 2), (SurfaceKind::Cone, 2)]);
+    let apex = solid.vertices.iter().filter(|v| (v.point - Point3::new(0.0, 0.0, 6.0)).norm() < 1e-9);
+    assert_eq!(apex.count(), 1);
+    let exact = PI * (100.0 * 12.0 - 36.0 * 6.0 / 3.0);
+    assert_near(volume(&solid), exact, 0.01 * exact, "volume");
 }
 
 #[test]
@@ -380,6 +415,7 @@ fn solids() -> Vec<(&'static str, Solid)> {
         ("block", sound(&block([12.0, 10.0, 8.0]))),
         ("pipe", sound(&pipe(14.0, 6.0, 40.0))),
         ("cap", sound(&cap())),
+        ("dented", sound(&dented())),
     ]
 }
 

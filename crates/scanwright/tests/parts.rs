@@ -10,7 +10,7 @@ use scanwright::segment::{RegionId, Segmentation};
 use scanwright::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
 use scanwright::tolerance::{Measured, Tolerances};
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// Edge length of all generated grids.
 pub const STEP: f64 = 1.0;
@@ -253,6 +253,65 @@ pub fn cap() -> Part {
         ),
     ];
     part
+}
+
+/// A sleeve about z with a counterbore: lower end 0, wall 1, upper end 2, counterbore 3, step 4, bore 5.
+pub fn counterbored(step: f64) -> Part {
+    let mut part = Part::new();
+    let inner = 8.0 - step;
+    let n = around(14.0);
+    let corners: [(f64, f64); 6] =
+        [(inner, 0.0), (14.0, 0.0), (14.0, 12.0), (8.0, 12.0), (8.0, 6.0), (inner, 6.0)];
+    for (label, (r, z)) in corners.into_iter().enumerate() {
+        let (next_r, next_z) = corners[(label + 1) % corners.len()];
+        let n_steps = ((next_r - r).hypot(next_z - z) / STEP).round().max(2.0) as usize;
+        part.grid(label as u32, n, n_steps, |u, v| {
+            let r = r + (next_r - r) * v;
+            Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z + (next_z - z) * v)
+        });
+    }
+    let level = |z: f64, up: f64| plane(Point3::new(0.0, 0.0, z), Vec3::z() * up);
+    let round = |radius: f64, outward: bool| cylinder(Vec3::z_axis(), radius, outward);
+    part.primitives = vec![
+        level(0.0, -1.0),
+        round(14.0, true),
+        level(12.0, 1.0),
+        round(8.0, false),
+        level(6.0, 1.0),
+        round(inner, false),
+    ];
+    part
+}
+
+/// A rod about z with a conical dent: wall 0, upper end 1, dent 2 down to its apex, lower end 3.
+pub fn dented() -> Part {
+    let mut part = Part::new();
+    let n = around(10.0);
+    let corners: [(f64, f64); 4] = [(10.0, 0.0), (10.0, 12.0), (6.0, 12.0), (0.5, 6.5)];
+    for (label, pair) in corners.windows(2).enumerate() {
+        let [(r, z), (next_r, next_z)] = [pair[0], pair[1]];
+        let n_steps = ((next_r - r).hypot(next_z - z) / STEP).round() as usize;
+        part.grid(label as u32, n, n_steps, |u, v| {
+            let r = r + (next_r - r) * v;
+            Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z + (next_z - z) * v)
+        });
+    }
+    let apex = part.vertex(Point3::new(0.0, 0.0, 6.0));
+    for i in 0..n {
+        let [a, b] = [i, i + 1].map(|i| {
+            let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
+            part.vertex(Point3::new(0.5 * cos, 0.5 * sin, 6.5))
+        });
+        part.mesh.triangles.push([a, b, apex]);
+        part.labels.push(2);
+    }
+    let axis = Axis { origin: Point3::new(0.0, 0.0, 12.0), direction: Vec3::z_axis() };
+    part.primitives = vec![
+        cylinder(Vec3::z_axis(), 10.0, true),
+        plane(Point3::new(0.0, 0.0, 12.0), Vec3::z()),
+        primitive(Surface::Cone(Cone { axis, radius: 6.0, half_angle: FRAC_PI_4 }), false),
+    ];
+    part.with_disc(10.0, 0.0)
 }
 
 /// Radius of `cap`.

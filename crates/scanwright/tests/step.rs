@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::parts::{Part, STEP, block, block_with_two_bores, cap, pipe, tolerances};
+use crate::parts::{Part, STEP, block, block_with_two_bores, cap, dented, pipe, tolerances};
 use crate::scans;
 
 // ------------------------------------------------------------------------------------------------------ the text
@@ -109,6 +109,13 @@ fn open_cascade_finds_our_solids_valid() {
             volume(&cap()),
             grid,
             &[("Cone", 2), ("Cylinder", 2), ("Plane", 2), ("Sphere", 1), ("Torus", 2)],
+        ),
+        Case::new(
+            "dented",
+            of(&dented()),
+            std::f64::consts::PI * (1200.0 - 72.0),
+            1e-6,
+            &[("Cone", 2), ("Cylinder", 2), ("Plane", 2)],
         ),
         Case::new(
             "bores",

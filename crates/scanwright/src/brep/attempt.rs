@@ -22,6 +22,8 @@ pub(super) struct Bench<'a> {
     pub scrap: Vec<bool>,
     /// One per region: as they were fitted; last the label of facets, which has none.
     pub surfaces: Vec<Option<Surface>>,
+    /// One per region: whether the natural normal of its surface points out of the material.
+    pub outward: Vec<bool>,
     /// The label of triangles that become flat faces by themselves.
     pub facets: u32,
     pub tolerances: &'a Tolerances,
@@ -69,9 +71,10 @@ impl<'a> Bench<'a> {
         let components = half_edges.components(|_| 0);
         let scrap = scrap(&closed.mesh, &components, tolerances.spacing());
         let surfaces = closed.primitives.iter().map(|p| p.surface).chain([None]).collect();
+        let outward = closed.primitives.iter().map(|p| p.outward).collect();
         let facets = closed.primitives.len() as u32;
         let limit = (LIMIT * closed.mesh.diagonal()).max(tolerances.gap());
-        Self { closed, half_edges, components, scrap, surfaces, facets, tolerances, limit }
+        Self { closed, half_edges, components, scrap, surfaces, outward, facets, tolerances, limit }
     }
 
     /// Builds from a choice.
@@ -89,7 +92,7 @@ impl<'a> Bench<'a> {
             labels::clean(mesh, &self.half_edges, &mut choice.labels, self.tolerances.spacing());
             draft = self.draft(&choice);
         }
-        draft.settle(mesh, &self.surfaces_of(&choice), self.tolerances);
+        draft.settle(mesh, &self.surfaces_of(&choice), &self.outward, self.tolerances);
         let splines = draft.splines(mesh, self.tolerances);
         if choice.labels.contains(&self.facets) && splines.iter().any(Option::is_some) {
             draft.meet_splines(&splines, self.tolerances.spacing(), self.tolerances.rounding());
@@ -144,12 +147,11 @@ impl<'a> Bench<'a> {
         /// Share of the limit that splines may use: readers compare curves with them by parameter, not by distance.
         const BY_PARAMETER: f64 = 0.5;
         let spacing = self.tolerances.spacing();
-        for (p, spline) in splines.iter().enumerate() {
-            let gap = spline.as_ref().map_or(0.0, |s| s.border_gap);
+        for (p, fitted) in splines.iter().enumerate().filter_map(|(p, s)| Some((p, s.as_ref()?))) {
+            let gap = fitted.border_gap;
             if gap > BY_PARAMETER * self.limit {
-                let triangles = &draft.patches[p].triangles;
-                let at = vec![self.closed.mesh.triangle_center(triangles[triangles.len() / 2] as usize)];
                 let weight = (gap - BY_PARAMETER * self.limit) / spacing;
+                let at = fitted.worst.into_iter().collect();
                 flaws.push(Flaw { patches: vec![p], at, weight, fatal: gap > self.limit });
             }
         }

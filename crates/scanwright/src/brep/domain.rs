@@ -60,7 +60,13 @@ impl<'a> Domain<'a> {
     /// Coordinates of a point on (or near) the surface.
     pub(super) fn uv(&self, point: &Point3) -> Uv {
         let local = self.frame.local(point);
-        let around = (-local.y).atan2(-local.x);
+        let mut around = (-local.y).atan2(-local.x);
+        /// Share of a cone's radius below which a point is its apex, where every angle is right.
+        const APEX: f64 = 1e-9;
+        if matches!(self.geometry, Geometry::Analytic(Surface::Cone(s)) if local.x.hypot(local.y) < APEX * s.radius)
+        {
+            around = 0.0;
+        }
         match self.geometry {
             Geometry::Spline(spline) => {
                 let (u, v) = self.starts(spline).project(spline, point);

@@ -12,7 +12,7 @@ use super::settle::Round;
 use super::split::{Patch, patches};
 use super::{Issue, IssueCode, LabelledMesh};
 use crate::math::Point3;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, VertId};
 use crate::segment::RegionId;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
@@ -29,6 +29,40 @@ fn run_together(edge: &ChainEdge, other: &ChainEdge, gap: f64) -> bool {
     edge.samples.iter().all(beside)
 }
 
+/// For every cone whose face holds its apex the vertex of the cut across the face that becomes the tip: there the cut
+/// turns from one ruling to another.
+fn tips(
+    mesh: &Mesh,
+    half_edges: &HalfEdges,
+    patches: &[Patch],
+    patch_of: &[u32],
+    spacing: f64,
+) -> Vec<(VertId, usize)> {
+    /// In spacings: how far a scan may round off the tip.
+    const ROUNDED: f64 = 3.0;
+    let patch = |h: u32| patch_of[HalfEdges::triangle(h)] as usize;
+    let mut nearest: BTreeMap<[usize; 2], (f64, VertId)> = BTreeMap::new();
+    for h in 0..half_edges.len() as u32 {
+        let (left, Some(right)) = (patch(h), half_edges.twin(h).map(patch)) else { continue };
+        let Some(Surface::Cone(cone)) = patches[left].surface.filter(|_| left < right) else { continue };
+        let inside = |v: VertId| {
+            let around = half_edges.leaving(v);
+            around.iter().all(|h| half_edges.twin(*h).is_some() && [left, right].contains(&patch(*h)))
+        };
+        let v = half_edges.from(h);
+        if patches[left].region != patches[right].region || !inside(v) {
+            continue;
+        }
+        let off = (mesh.vertices[v as usize] - cone.apex()).norm();
+        let best = nearest.entry([left, right]).or_insert((off, v));
+        if off < best.0 {
+            *best = (off, v);
+        }
+    }
+    let found = nearest.into_iter().filter(|(_, (off, _))| *off <= ROUNDED * spacing);
+    found.map(|([left, _], (_, v))| (v, left)).collect()
+}
+
 /// All geometry of one labelling.
 pub(super) struct Draft {
     pub patches: Vec<Patch>,
@@ -37,6 +71,8 @@ pub(super) struct Draft {
     pub courses: Vec<Course>,
     pub corners: Corners,
     pub edges: Vec<Option<ChainEdge>>,
+    /// Mesh vertices that become the tips of cones, and a patch of each cone.
+    tips: Vec<(VertId, usize)>,
 }
 
 impl Draft {
@@ -58,6 +94,10 @@ impl Draft {
         for t in patches.iter().filter(|p| p.facet).flat_map(|p| &p.triangles) {
             mesh.triangles[*t as usize].iter().for_each(|v| cornered[*v as usize] = true);
         }
+        let tips = tips(mesh, half_edges, &patches, &patch_of, spacing);
+        for (v, _) in &tips {
+            cornered[*v as usize] = true;
+        }
         let topology = trace(mesh, half_edges, &patch_of, &cornered);
         let mut draft = Self {
             patches,
@@ -66,6 +106,7 @@ impl Draft {
             courses: Vec::new(),
             corners: Corners { corner_of: Vec::new(), corners: Vec::new() },
             edges: Vec::new(),
+            tips,
         };
         draft.solve(mesh, tolerances);
         draft
@@ -75,7 +116,12 @@ impl Draft {
     pub(super) fn solve(&mut self, mesh: &Mesh, tolerances: &Tolerances) {
         let spacing = tolerances.spacing();
         self.courses = courses(mesh, &self.topology, &self.patches, spacing);
-        self.corners = corners(mesh, &self.topology, &self.courses, spacing);
+        let apex = |(v, p): &(VertId, usize)| match self.patches[*p].surface {
+            Some(Surface::Cone(cone)) => Some((*v, cone.apex())),
+            _ => None,
+        };
+        let tips: Vec<(VertId, Point3)> = self.tips.iter().filter_map(apex).collect();
+        self.corners = corners(mesh, &self.topology, &self.courses, &tips, spacing);
         self.edges =
             chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
     }
@@ -87,7 +133,13 @@ impl Draft {
     }
 
     /// Moves surfaces so that edges and corners lie on them, as long as that makes them lie better.
-    pub(super) fn settle(&mut self, mesh: &Mesh, original: &[Option<Surface>], tolerances: &Tolerances) {
+    pub(super) fn settle(
+        &mut self,
+        mesh: &Mesh,
+        original: &[Option<Surface>],
+        outward: &[bool],
+        tolerances: &Tolerances,
+    ) {
         /// Each round halves the gaps; after eight a gap of a quarter spacing is a thousandth.
         const MAX_ROUNDS: usize = 8;
         /// Share of the allowed gap that is aimed at.
@@ -108,6 +160,7 @@ impl Draft {
                 topology: &self.topology,
                 corners: &self.corners,
                 edges: &self.edges,
+                outward,
             };
             let next = round.settled(original, &current, aim, tolerances.spacing());
             let kept = (self.courses.clone(), self.corners.clone(), self.edges.clone());

@@ -22,6 +22,8 @@ const REACHES: [f64; 3] = [3.0, 6.0, 12.0];
 const MISFIT: f64 = 1.2;
 /// Most triangles that become faces: more, and few programs would open the part.
 const MOST: usize = 8_000;
+/// Most flaws that zones are made for at a time, the worst: beyond, the part is past mending and only time is lost.
+const MOST_FLAWS: usize = 100;
 /// Builds per scan.
 const MAX_TRIALS: usize = 40;
 
@@ -34,9 +36,14 @@ pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
 fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
     let labels = &attempt.choice.labels;
     let n_left = MOST.saturating_sub(labels.iter().filter(|l| **l == bench.facets).count());
+    let mut flaws: Vec<&Flaw> = attempt.flaws.iter().filter(|f| f.fatal).collect();
+    if flaws.len() > MOST_FLAWS {
+        flaws.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        flaws.truncate(MOST_FLAWS);
+    }
     let mut mends = Vec::new();
     for reach in REACHES.map(Some).into_iter().chain([None]) {
-        for flaw in attempt.flaws.iter().filter(|f| f.fatal) {
+        for flaw in &flaws {
             let mut zone = match reach {
                 Some(reach) => round(bench, attempt, flaw, reach),
                 None => at_fault(attempt, flaw).collect(),

@@ -36,6 +36,8 @@ pub(super) const MAX_FOLDED: f64 = 0.02;
 pub(super) struct Fitted {
     pub surface: SplineSurface,
     pub border_gap: f64,
+    /// The border sample that lies farthest off; `None` without a border.
+    pub worst: Option<Point3>,
     /// Whether its natural normal points out of the material.
     pub outward: bool,
 }
@@ -105,8 +107,8 @@ pub(super) fn fit(
     loop {
         counts = [0, 1].map(|i| counts[i].clamp(POLES.0, most[i]));
         let grid = Grid { low, high, counts, knots: counts.map(uniform_knots) };
-        let (surface, border_gap) = grid.fit(&domain, &inner, &outer)?;
-        let fitted = Fitted { surface, border_gap, outward };
+        let (surface, border_gap, worst) = grid.fit(&domain, &inner, &outer)?;
+        let fitted = Fitted { surface, border_gap, worst, outward };
         let done = fitted.border_gap <= tolerance || counts == most;
         if best.as_ref().is_none_or(|b| fitted.border_gap < b.border_gap) {
             best = Some(fitted);
@@ -183,7 +185,7 @@ impl Grid {
         domain: &Domain,
         inner: &[(Uv, Point3)],
         outer: &[(Uv, Point3)],
-    ) -> Option<(SplineSurface, f64)> {
+    ) -> Option<(SplineSurface, f64, Option<Point3>)> {
         /// Samples of the chart per knot span.
         const DENSITY: usize = 2;
         let n = self.counts[0] * self.counts[1];
@@ -209,10 +211,11 @@ impl Grid {
         let moves = self.solve(&rows, SMOOTHING * (inner.len() as f64 / n as f64).max(1.0))?;
         let poles: Vec<Vec3> = start.iter().zip(&moves).map(|(p, d)| p + d).collect();
         let gap = |(uv, p): &(Uv, Point3)| (Self::point(&poles, &self.row(uv)) - p.coords).norm();
-        let border_gap = outer.iter().map(gap).fold(0.0, f64::max);
+        let worst = outer.iter().max_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let (border_gap, worst) = worst.map_or((0.0, None), |sample| (gap(sample), Some(sample.1)));
         let [knots_u, knots_v] = self.knots.clone();
         let poles = poles.into_iter().map(Point3::from).collect();
-        Some((SplineSurface { knots_u, knots_v, poles }, border_gap))
+        Some((SplineSurface { knots_u, knots_v, poles }, border_gap, worst))
     }
 
     /// Poles by least squares with a penalty on their second differences.

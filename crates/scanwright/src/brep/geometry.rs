@@ -138,8 +138,14 @@ pub(super) struct Corners {
     pub corners: Vec<Corner>,
 }
 
-/// Solves the corners, joining those that come out too close or in reversed order.
-pub(super) fn corners(mesh: &Mesh, topology: &Topology, courses: &[Course], spacing: f64) -> Corners {
+/// Solves the corners, joining those that come out too close or in reversed order. `fixed`: where some vertices go.
+pub(super) fn corners(
+    mesh: &Mesh,
+    topology: &Topology,
+    courses: &[Course],
+    fixed: &[(VertId, Point3)],
+    spacing: f64,
+) -> Corners {
     /// Longest chain, in mesh edges, whose ends may be one corner.
     const MERGE_EDGES: usize = 6;
     /// In spacings: corners closer than this are one.
@@ -153,7 +159,7 @@ pub(super) fn corners(mesh: &Mesh, topology: &Topology, courses: &[Course], spac
     for (chain, _) in topology.chains.iter().zip(courses).filter(|(_, course)| course.straight) {
         chain.vertices.iter().for_each(|v| on_facet[*v as usize] = true);
     }
-    let mut solved = solve(mesh, topology, courses, &mut group, spacing);
+    let mut solved = solve(mesh, topology, courses, &mut group, fixed, spacing);
     for _ in 0..MAX_ROUNDS {
         let mut merged = false;
         for (chain, course) in topology.chains.iter().zip(courses) {
@@ -176,7 +182,7 @@ pub(super) fn corners(mesh: &Mesh, topology: &Topology, courses: &[Course], spac
         if !merged {
             break;
         }
-        solved = solve(mesh, topology, courses, &mut group, spacing);
+        solved = solve(mesh, topology, courses, &mut group, fixed, spacing);
     }
     solved
 }
@@ -195,6 +201,7 @@ fn solve(
     topology: &Topology,
     courses: &[Course],
     group: &mut [VertId],
+    fixed: &[(VertId, Point3)],
     spacing: f64,
 ) -> Corners {
     let mut corner_of = vec![None; mesh.vertices.len()];
@@ -215,13 +222,19 @@ fn solve(
             incident[id as usize].push(i);
         }
     }
-    let corners = crate::par::map_indices(members.len(), |c| {
+    let mut corners = crate::par::map_indices(members.len(), |c| {
         let sum = members[c].iter().fold(Vec3::zeros(), |s, v| s + mesh.vertices[*v as usize].coords);
         let start = Point3::from(sum / members[c].len() as f64);
         let fields = distinct_fields(&incident[c], courses);
         let met = meet(&start, &fields, CORNER_REACH * spacing, PARALLEL);
         Corner { point: met.point, residual: met.residual, moved: met.moved }
     });
+    for (v, point) in fixed {
+        if let Some(c) = corner_of[*v as usize] {
+            let moved = (point - mesh.vertices[*v as usize]).norm();
+            corners[c as usize] = Corner { point: *point, residual: 0.0, moved };
+        }
+    }
     Corners { corner_of, corners }
 }
 

@@ -22,9 +22,12 @@ pub(super) enum Mend {
     Restore { region: u32, triangles: Vec<u32>, label: u32 },
 }
 
-/// The soundest attempt that small changes lead to from `start`.
-pub(super) fn mended(bench: &Bench, start: Attempt) -> Attempt {
-    faceted(bench, demoted(bench, relabelled(bench, start)))
+/// The soundest attempt that small changes lead to from `start`. `steps`: faces that may be missing between others.
+pub(super) fn mended(bench: &Bench, start: Attempt, steps: &[Mend]) -> Attempt {
+    /// Builds for steps: they are sure, and most lie apart.
+    const MAX_STEPS: usize = 8;
+    let stepped = search(bench, start, MAX_STEPS, |a| a.severity() > 0.0, |_| steps.to_vec());
+    faceted(bench, demoted(bench, relabelled(bench, stepped)))
 }
 
 /// Mends that take less than this from the severity are not worth a change.
@@ -75,6 +78,23 @@ fn demoted(bench: &Bench, start: Attempt) -> Attempt {
 /// Share of the flaws beside a face that a B-spline in its place has to cure.
 const CURED: f64 = 0.2;
 
+/// What it is worth to keep the surface that all of a part lies on: as much as to be rid of one face that crosses
+/// itself.
+const LOSS: f64 = 1.0;
+
+/// Share of the part's triangles that lie on the surface of a region of theirs: one that leaves them is no loss.
+fn share(bench: &Bench, attempt: &Attempt, region: u32) -> f64 {
+    /// In spacings: the rounding of an edge.
+    const ROUNDED: f64 = 1.2;
+    let Some(surface) = bench.surfaces[region as usize] else { return 0.0 };
+    let mesh = &bench.closed.mesh;
+    let on = |t: usize| {
+        surface.signed_distance(&mesh.triangle_center(t)).abs() <= ROUNDED * bench.tolerances.spacing()
+    };
+    let labels = attempt.choice.labels.iter().enumerate();
+    labels.filter(|(t, l)| **l == region && on(*t)).count() as f64 / mesh.triangles.len() as f64
+}
+
 /// Of the faces beside flaws each time the one that is most worth a B-spline.
 fn demoted_singly(bench: &Bench, start: Attempt) -> Attempt {
     /// Faces that may be demoted.
@@ -91,14 +111,15 @@ fn demoted_singly(bench: &Bench, start: Attempt) -> Attempt {
         let trials = par::map(&candidates, |&(region, _)| {
             bench.attempt(applied(&best.choice, &Mend::Demote { region }))
         });
-        let mut next: Option<Attempt> = None;
-        for (trial, (_, blame)) in trials.into_iter().zip(candidates) {
-            let limit = next.as_ref().map_or(best.severity() - (CURED * blame).max(WORTH), Attempt::severity);
-            if trial.severity() < limit {
-                next = Some(trial);
-            }
-        }
-        let Some(next) = next else { break };
+        let cured =
+            |trial: &Attempt, blame: f64| trial.severity() < best.severity() - (CURED * blame).max(WORTH);
+        let next = trials
+            .into_iter()
+            .zip(candidates)
+            .filter(|(trial, (_, blame))| cured(trial, *blame))
+            .map(|(trial, (region, _))| (trial.severity() + LOSS * share(bench, &best, region), trial))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, next)) = next else { break };
         best = next;
     }
     best

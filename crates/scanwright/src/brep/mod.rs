@@ -22,6 +22,7 @@ mod relabel;
 mod settle;
 mod solid;
 mod split;
+mod step;
 mod straighten;
 mod tessellate;
 
@@ -57,6 +58,8 @@ pub struct Built {
     pub solids: Vec<Solid>,
     /// What is not as it was asked for.
     pub issues: Vec<Issue>,
+    /// One per region: those given, then those of steps that were looked for between them.
+    pub primitives: Vec<Primitive>,
 }
 
 /// Something that could not be built as asked.
@@ -86,6 +89,8 @@ pub enum IssueCode {
     OpenShell,
     /// A face was dropped and a neighbour extended over it.
     FaceDropped,
+    /// A face was put between two others that do not meet.
+    FaceAdded,
     /// Corners lie off their surfaces.
     CornerOff,
     /// An edge lies off its surfaces by more than the tolerance.
@@ -103,6 +108,7 @@ impl IssueCode {
             Self::Empty => "empty",
             Self::OpenShell => "open-shell",
             Self::FaceDropped => "face-dropped",
+            Self::FaceAdded => "face-added",
             Self::CornerOff => "corner-off",
             Self::GapLarge => "gap-large",
             Self::Freeform => "freeform",

@@ -7,7 +7,7 @@
 //! A surface that would leave its own points is not moved. Cost O(borders) per round.
 
 use super::assemble::ChainEdge;
-use super::chains::Topology;
+use super::chains::{Chain, Topology};
 use super::geometry::Corners;
 use super::split::Patch;
 use crate::math::least_squares::{Normal, minimize};
@@ -33,6 +33,8 @@ pub(super) struct Round<'a> {
     pub topology: &'a Topology,
     pub corners: &'a Corners,
     pub edges: &'a [Option<ChainEdge>],
+    /// One per region: whether the natural normal points out of the material.
+    pub outward: &'a [bool],
 }
 
 impl Round<'_> {
@@ -64,7 +66,7 @@ impl Round<'_> {
         for (chain, edge) in self.topology.chains.iter().zip(self.edges) {
             let Some(right) = chain.right else { continue };
             let regions = [chain.left, right].map(|p| self.patches[p as usize].region as usize);
-            if regions[0] == regions[1] {
+            if regions[0] == regions[1] || self.back_to_back(chain, regions, current) {
                 continue;
             }
             for v in [chain.start(), chain.end()] {
@@ -84,6 +86,18 @@ impl Round<'_> {
             }
         }
         pulls
+    }
+
+    /// Whether two surfaces are the sides of a thin wall beside a chain: what lies between them is no error.
+    fn back_to_back(&self, chain: &Chain, regions: [usize; 2], current: &[Option<Surface>]) -> bool {
+        /// Cosine of 150 degrees between the sides.
+        const OPPOSITE: f64 = -0.87;
+        let at = &self.mesh.vertices[chain.vertices[chain.vertices.len() / 2] as usize];
+        let out = regions.map(|r| {
+            let normal = current[r].map(|s| s.normal(at).into_inner());
+            normal.map(|n| if self.outward[r] { n } else { -n })
+        });
+        matches!(out, [Some(a), Some(b)] if a.dot(&b) < OPPOSITE)
     }
 
     /// Points of a region's mesh on its original surface, each with the number of vertices it stands for.

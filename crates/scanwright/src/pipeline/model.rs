@@ -17,9 +17,9 @@ pub(super) fn build(
     tolerances: &Tolerances,
 ) -> (Model, Vec<Warning>) {
     let Closed { labelled, open, assumed_faces, .. } = close::close(mesh, segmentation, support, tolerances);
-    let Built { solids, issues } = brep::build(&labelled, tolerances);
+    let Built { solids, issues, primitives } = brep::build(&labelled, tolerances);
 
-    let mut model = Model { primitives: labelled.primitives, ..Model::default() };
+    let mut model = Model { primitives, ..Model::default() };
     let mut warnings = warning::of_closing(&assumed_faces, &open);
     warnings.extend(issues.iter().map(warning::of_issue));
     for solid in solids {

@@ -32,6 +32,9 @@ pub enum Code {
     /// A region became no face: its neighbours were extended over it.
     #[serde(rename = "W_FACE_DROPPED")]
     FaceDropped,
+    /// A face that no region was found for was put between two others.
+    #[serde(rename = "W_FACE_ADDED")]
+    FaceAdded,
     /// An edge or corner lies off its surfaces by more than the tolerance.
     #[serde(rename = "W_GAP")]
     Gap,
@@ -48,7 +51,7 @@ pub enum Code {
 
 impl Code {
     /// All codes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::UnitsAssumed,
         Self::SupportRemoved,
         Self::AmbiguousType,
@@ -57,6 +60,7 @@ impl Code {
         Self::Unexplained,
         Self::AssumedFace,
         Self::FaceDropped,
+        Self::FaceAdded,
         Self::Gap,
         Self::Open,
         Self::Invalid,
@@ -74,6 +78,7 @@ impl Code {
             Self::Unexplained => "W_UNEXPLAINED",
             Self::AssumedFace => "W_ASSUMED_FACE",
             Self::FaceDropped => "W_FACE_DROPPED",
+            Self::FaceAdded => "W_FACE_ADDED",
             Self::Gap => "W_GAP",
             Self::Open => "W_OPEN",
             Self::Invalid => "W_INVALID",
@@ -93,6 +98,7 @@ impl Code {
             | Self::Unexplained
             | Self::AssumedFace
             | Self::FaceDropped
+            | Self::FaceAdded
             | Self::Gap => None,
         }
     }
@@ -213,6 +219,7 @@ pub(super) fn of_issue(issue: &Issue) -> Warning {
         IssueCode::Empty => Code::NoSolid,
         IssueCode::OpenShell => Code::Open,
         IssueCode::FaceDropped => Code::FaceDropped,
+        IssueCode::FaceAdded => Code::FaceAdded,
         IssueCode::CornerOff | IssueCode::GapLarge => Code::Gap,
         IssueCode::Freeform => Code::Freeform,
         IssueCode::Facets => Code::Facets,
