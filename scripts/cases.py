@@ -1,4 +1,4 @@
-"""What the measurements share: the benchmark's own modules, its results held against the truth, processes with their cost."""
+"""What the measurements share: the benchmark's modules, results held against the truth, processes with their cost."""
 
 import json
 import os

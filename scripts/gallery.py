@@ -18,7 +18,8 @@ SIDE = 400  # pixels of one of the three pictures
 MARGIN = 10
 COLORS = 160  # a palette of this size keeps a sheet small
 MOST_BYTES = 150_000
-# Where the first view lies, as shares of width and height: `render` draws two views in a row, `convert` the part top right, under a title.
+# Where the first view lies, as shares of width and height: `render` draws two views in a row, `convert` draws the part
+# top right, under a title.
 FIRST_OF_TWO, TOP_RIGHT = (0.0, 0.0, 0.5, 1.0), (0.5, 0.05, 1.0, 0.49)
 
 

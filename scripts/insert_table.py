@@ -1,4 +1,7 @@
-"""Replaces the block between the markers `<!-- NAME begins -->` and `<!-- NAME ends -->` of a page by a file: Markdown as it is, other text as code."""
+"""Replaces the block between the markers `<!-- NAME begins -->` and `<!-- NAME ends -->` of a page by a file.
+
+Markdown is inserted as it is, other text as code.
+"""
 
 import pathlib
 import sys

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Measures what the table of the benchmark does not show, and puts it into docs/benchmark.md.
 #
-#   scripts/measure.sh BENCH floor      parameter errors against a least-squares floor, on the results of scripts/benchmark.sh
-#   scripts/measure.sh BENCH peer       faces and CPU time beside CGAL; needs g++ and Debian's libcgal-dev libgmp-dev libmpfr-dev
+#   scripts/measure.sh BENCH floor      errors against a least-squares floor, on the results of scripts/benchmark.sh
+#   scripts/measure.sh BENCH peer       faces and CPU time beside CGAL; needs g++ libcgal-dev libgmp-dev libmpfr-dev
 #   scripts/measure.sh BENCH gallery    sheets of scan, regions and solid in docs/images
 #   scripts/measure.sh BENCH seeds      whether five seeds give the same faces
 #   scripts/measure.sh BENCH scaling    cost at three sizes of one shape

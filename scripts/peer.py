@@ -1,4 +1,4 @@
-"""Runs CGAL's Efficient RANSAC beside `convert`, case by case: faces recovered per type, and CPU times of both.
+"""Runs CGAL's Efficient RANSAC beside `convert`, case by case: faces recovered per type, and CPU times.
 
     python scripts/peer.py BENCH BIN OUT
 
@@ -82,7 +82,8 @@ def print_times(rows):
         ratio = lambda key: f"{statistics.median(ratios[key]):.1f} / {max(ratios[key]):.0f}"
         cells = [middle("peer"), middle("convert"), ratio("convert"), middle("detection"), ratio("detection")]
         print(f"| {grade or 'all'} | {len(some)} |", " | ".join(cells), "|")
-    print(f"\nAsked: a median ratio of at most {MOST_CONVERT} for `convert`, {MOST_DETECTION} for segmentation, recognition and fitting.")
+    asked = f"{MOST_CONVERT} for `convert`, {MOST_DETECTION} for segmentation, recognition and fitting"
+    print(f"\nAsked: median ratios over all cases of at most {asked}.")
 
 
 def main():

@@ -2,8 +2,8 @@
 
     python scripts/scaling.py BENCH BIN OUT
 
-BENCH is the folder with make_cases.py and the cases, BIN our program, OUT a folder for scans and results; scans made before are kept.
-Two threads, one size after the other, the largest last. Wall time counts only on a machine that does nothing else.
+BENCH is the folder with make_cases.py and the cases, BIN our program, OUT a folder for scans and results.
+Scans made before are kept. Two threads, one size after the other, the largest last. Wall time counts only on a machine that does nothing else.
 """
 
 import json

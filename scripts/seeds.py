@@ -3,8 +3,8 @@
     python scripts/seeds.py BENCH BIN OUT
 
 BENCH is the folder with the cases, BIN our program, OUT a folder for the results.
-Faces of two runs are paired by the triangles they share. They are the same if most triangles are, the type is, and the parameters
-differ by no more than twice the uncertainty that the two runs give for them. A face that its run calls ambiguous is listed as that.
+Faces of two runs are paired by the triangles they share. They are the same if most triangles are, the type is, and the
+parameters differ by no more than twice the uncertainty that the two runs give for them.
 """
 
 import sys
@@ -17,7 +17,7 @@ SEEDS = (1, 2, 3, 4, 5)
 GRADES = ("clean", "scan")
 OVERLAP = 0.5  # intersection over union of the triangles
 DEVIATIONS = 2.0
-# What a fit without uncertainty (freeform, or held by others) may still move by: rounding, as a share of the diagonal and in radians.
+# What may differ where no uncertainty is stated: a share of the diagonal, radians.
 ROUNDING = 1e-6
 
 
@@ -37,7 +37,7 @@ def pairs(a, b):
 
 
 def uncertainty(primitive, middle, diagonal):
-    """Standard uncertainties as the benchmark measures differences: angle in degrees, position, size as a share of the radius."""
+    """Standard uncertainties as the benchmark measures differences: degrees, position, share of the radius."""
     known = dict(zip(primitive["parameters"], primitive["uncertainty"]))
     largest = lambda *starts: max([u for name, u in known.items() if name.startswith(starts)], default=0.0)
     radius = primitive.get("radius") or primitive.get("major_radius")
@@ -100,16 +100,21 @@ def case_differences(binary, folder, out):
     return len(results[0][0]), lists
 
 
+def unannounced(lists):
+    """What differs without being called ambiguous."""
+    return [what for found in lists for what, ambiguous in found if not ambiguous]
+
+
 def main():
     bench, binary, out = cases.folders(sys.argv[1:], 3)
     cases.use_bench(bench)
     folders = [folder for folder in cases.case_folders(bench) if folder.name.endswith(GRADES)]
     compared = {folder.name: case_differences(binary, folder, out) for folder in folders}
-    silent = {name: [what for found in lists for what, ambiguous in found if not ambiguous] for name, (_, lists) in compared.items()}
+    silent = {name: unannounced(lists) for name, (_, lists) in compared.items()}
     others = SEEDS[1:]
     n_same = sum(not found for found in silent.values())
     print(f"Seed {SEEDS[0]} against seeds {', '.join(map(str, others))}:", end=" ")
-    print(f"{n_same} of {len(folders)} clean and scan cases give the same set of faces every time, or call what differs ambiguous.")
+    print(f"{n_same} of {len(folders)} clean and scan cases give the same faces every time, or call what differs ambiguous.")
     if n_same == len(folders):
         return
     print("Faces that differ (of them called ambiguous), and the first of them:\n")

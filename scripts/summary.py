@@ -1,4 +1,4 @@
-"""Prints the summary of a benchmark run for docs/benchmark.md: recall by width, parameter errors by type, surfaces in the STEP.
+"""Prints the summary of a benchmark run for docs/benchmark.md: recall by width, parameter errors, surfaces in the STEP.
 
     python scripts/summary.py BENCH OUT
 
