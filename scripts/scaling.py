@@ -3,7 +3,7 @@
     python scripts/scaling.py BENCH BIN OUT
 
 BENCH is the folder with make_cases.py and the cases, BIN our program, OUT a folder for scans and results.
-Scans made before are kept. Two threads, one size after the other, the largest last. Wall time counts only on a machine that does nothing else.
+Scans made before are kept. Two threads, one size after the other, the largest last. Wall time counts only on an idle machine.
 """
 
 import json
@@ -56,7 +56,7 @@ def print_table(rows):
         seconds = " | ".join(f"{row['stages'][stage]:.1f}" for stage in stages)
         print(f"| {row['triangles']:,} | {row['cpu']:.1f} | {growth} | {row['wall']:.1f} | {row['mib']:.0f} | {seconds} |")
     print(f"\nAsked: at most {MOST_GROWTH} per decade; the largest under {MOST_GIB} GiB and {MOST_SECONDS} s.")
-    print(f"Other programs kept {rows[-1]['load']:.1f} cores busy when the largest run began.")
+    print(f"The load of the machine was {rows[-1]['load']:.1f} when the largest run began; wall time counts only near 0.")
 
 
 def main():
