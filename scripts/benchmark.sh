@@ -9,21 +9,17 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bench="${1:?the folder with bench.py is needed}"
 shift
 
-venv="${BENCH_VENV:-target/bench-venv}"
-if ! "$venv/bin/python" -c 'import OCP, numpy, scipy' 2>/dev/null; then
-    python3 -m venv --clear "$venv"
-    "$venv/bin/python" -m pip install --quiet --requirement "$bench/requirements.txt"
-fi
+. scripts/bench_env.sh
 
 cargo build --release --package scanwright-cli
 out="out/bench"
 mkdir -p "$out"
-"$venv/bin/python" "$bench/bench.py" --bin target/release/scanwright --out "$out" "$@" | tee "$out/table.txt"
+"$python" "$bench/bench.py" --bin target/release/scanwright --out "$out" "$@" | tee "$out/table.txt"
 
 case " $* " in
     *" --only "*) ;;
     *)
-        "$venv/bin/python" scripts/summary.py "$bench" "$out" > "$out/summary.md"
+        "$python" scripts/summary.py "$bench" "$out" > "$out/summary.md"
         python3 scripts/insert_table.py docs/benchmark.md table "$out/table.txt"
         python3 scripts/insert_table.py docs/benchmark.md summary "$out/summary.md"
         ;;

@@ -1,4 +1,7 @@
-"""Replaces the block between the markers `<!-- NAME begins -->` and `<!-- NAME ends -->` of a page by the text of a file."""
+"""Replaces the block between the markers `<!-- NAME begins -->` and `<!-- NAME ends -->` of a page by a file.
+
+Markdown is inserted as it is, other text as code.
+"""
 
 import pathlib
 import sys
@@ -10,7 +13,7 @@ def main():
     before, rest = page.read_text().split(begin)
     _, after = rest.split(end)
     text = table.read_text().strip()
-    block = text if text.count("\n|") else f"```text\n{text}\n```"
+    block = text if table.suffix == ".md" else f"```text\n{text}\n```"
     page.write_text(f"{before}{begin}\n{block}\n{end}{after}")
 
 

@@ -1,4 +1,4 @@
-"""Prints the summary of a benchmark run for docs/benchmark.md: recall by width, parameter errors by type.
+"""Prints the summary of a benchmark run for docs/benchmark.md: recall by width, parameter errors, surfaces in the STEP.
 
     python scripts/summary.py BENCH OUT
 
@@ -6,16 +6,13 @@ BENCH is the folder with evaluate.py and the cases, OUT that of the results. Run
 """
 
 import json
-import pathlib
 import statistics
 import sys
 
-import numpy
-import plyfile
+import cases
 
-GRADES = ("clean", "scan", "rough")
 WIDTHS = (3, 4, 5, 7, 10, float("inf"))
-TYPES = ("plane", "cylinder", "cone", "sphere", "torus")
+NEAR = 0.1  # how far the number of surfaces may be from the true one
 
 
 def percentile(values, share):
@@ -33,20 +30,11 @@ def cell(values, form):
 
 def recall_by_width(bench, out):
     """Lists of found or not per grade and range of width (in grid spacings) of all surfaces asked for."""
-    sys.path.insert(0, str(bench))
-    import evaluate
-
     found_in = {}
-    for case in sorted((bench / "cases").iterdir()):
-        result = out / case.name
-        if not (result / "segments.ply").exists():
+    for folder in cases.case_folders(bench):
+        if not (out / folder.name / "segments.ply").exists():
             continue
-        truth = json.loads((case / "truth.json").read_text())
-        true = numpy.load(case / "truth.npz")["surface"].astype(int)
-        primitives = json.loads((result / "part.json").read_text())["primitives"]
-        faces = plyfile.PlyData.read(str(result / "segments.ply"))["face"]
-        made = numpy.asarray(faces["primitive"]).astype(int)
-        _, found = evaluate.segmentation(true, made, truth["surfaces"], primitives, truth["diagonal"])
+        truth, _, found = cases.found_in(folder, out / folder.name)
         for i, surface in enumerate(truth["surfaces"]):
             if surface["asked"]:
                 to = next(w for w in WIDTHS[1:] if surface["width"] < w)
@@ -59,7 +47,7 @@ def print_widths(found_in):
     ranges = [f"{low} to {high}" if high < WIDTHS[-1] else f"from {low}" for low, high in zip(WIDTHS, WIDTHS[1:])]
     print("| |", " | ".join(ranges), "|")
     print("|---" * len(WIDTHS) + "|")
-    for grade in GRADES:
+    for grade in cases.GRADES:
         lists = [found_in.get((grade, to), []) for to in WIDTHS[1:]]
         cells = [f"{statistics.mean(f):.2f} ({len(f)})" if f else "" for f in lists]
         print(f"| {grade} |", " | ".join(cells), "|")
@@ -69,8 +57,8 @@ def print_parameters(rows):
     print("\nErrors of all matched surfaces, median / 95th percentile:\n")
     print("| | n | axis, degrees | position / diagonal | size, % |")
     print("|---|---|---|---|---|")
-    for grade in GRADES:
-        for kind in TYPES:
+    for grade in cases.GRADES:
+        for kind in cases.TYPES:
             errors = [e for r in rows if r["case"].endswith(grade) for e in r.get("parameter_errors", {}).get(kind, [])]
             if not errors:
                 continue
@@ -79,10 +67,28 @@ def print_parameters(rows):
             print(f"| {grade}: {kind} | {len(errors)} | {axis} | {cell([e[1] for e in errors], '.1e')} | {size} |")
 
 
+def print_surfaces(rows):
+    """`step_surfaces` of the benchmark counts the halves of one surface once, and every facet."""
+    print("\nSurfaces in the STEP over the true number:\n")
+    print(f"| | n | median | median of deviations | within {NEAR:.0%} | outside |")
+    print("|---|---|---|---|---|---|")
+    for grade in (*cases.GRADES, ""):
+        some = [r for r in rows if r["case"].endswith(grade) and r.get("true_surfaces")]
+        ratios = {r["case"]: r["step_surfaces"] / r["true_surfaces"] for r in some}
+        outside = sorted((name for name, ratio in ratios.items() if abs(ratio - 1) > NEAR), key=lambda name: -ratios[name])
+        listed = ", ".join(f"{name.removesuffix('-' + grade)} {ratios[name]:.2f}" for name in outside) if grade else ""
+        deviation = statistics.median(abs(ratio - 1) for ratio in ratios.values())
+        middle = f"{statistics.median(ratios.values()):.2f} | {deviation:.2f}"
+        print(f"| {grade or 'all'} | {len(some)} | {middle} | {len(some) - len(outside)} | {listed} |")
+
+
 def main():
-    bench, out = (pathlib.Path(argument) for argument in sys.argv[1:])
+    bench, out = cases.folders(sys.argv[1:], 2)
+    cases.use_bench(bench)
     print_widths(recall_by_width(bench, out))
-    print_parameters(json.loads((out / "bench.json").read_text())["rows"])
+    rows = json.loads((out / "bench.json").read_text())["rows"]
+    print_parameters(rows)
+    print_surfaces(rows)
 
 
 if __name__ == "__main__":
