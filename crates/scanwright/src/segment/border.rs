@@ -2,14 +2,17 @@
 //!
 //! Labels of vertices are decided with rough fits and a price for every border; once the surfaces are final, a
 //! triangle at a border belongs to whichever of the surfaces that meet there its centre is nearest to. Across a sharp
-//! edge, as round as the scanner makes it, that is the edge's bisector.
+//! edge, as round as the scanner makes it, that is the edge's bisector. Between tangent surfaces distances say nothing,
+//! and labels stay.
 
 use super::RegionId;
+use crate::fit::Fit;
+use crate::math::{Point3, Vec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::par;
 use crate::recognize::Primitive;
 
-/// Angle between two normals, radians, below which one distance does not tell their surfaces apart.
+/// Angle between two normals, radians, below which distances do not tell their surfaces apart.
 const TANGENT: f64 = 0.35;
 /// Smaller pieces of a region, in triangles, go to what surrounds them.
 const ISLAND: usize = 12;
@@ -34,11 +37,11 @@ pub(super) fn sharpened(
             .collect();
         around.sort_unstable();
         around.dedup();
-        let place = Place { mesh, adjacency, triangle: t };
+        let center = mesh.triangle_center(t);
         let mut best = current;
         for k in around {
             let (now, next) = (&primitives[best.0 as usize], &primitives[k.0 as usize]);
-            if faces(next, &normals[t], &place) && place.is_nearer(next, now) {
+            if faces(next, &normals[t], &center) && is_nearer(next, now, &center) {
                 best = k;
             }
         }
@@ -56,27 +59,13 @@ struct Place<'m> {
 }
 
 impl Place<'_> {
-    /// Whether the first surface is nearer than the second. Tangent surfaces are compared over the ring.
+    /// Whether the first surface is nearer than the second, and not tangent to it.
     fn is_nearer(&self, a: &Primitive, b: &Primitive) -> bool {
         let (Some(sa), Some(sb)) = (a.surface, b.surface) else { return false };
         let center = self.mesh.triangle_center(self.triangle);
         let cos =
             sa.normal(&center).dot(&sb.normal(&center)) * if a.outward == b.outward { 1.0 } else { -1.0 };
-        if cos < TANGENT.cos() {
-            return sa.signed_distance(&center).abs() < sb.signed_distance(&center).abs();
-        }
-        let mut ring: Vec<u32> = self.mesh.triangles[self.triangle]
-            .iter()
-            .flat_map(|&v| self.adjacency.vertex_vertices.row(v as usize))
-            .copied()
-            .collect();
-        ring.sort_unstable();
-        ring.dedup();
-        let excess = |&v: &u32| {
-            let point = &self.mesh.vertices[v as usize];
-            sa.signed_distance(point).abs() - sb.signed_distance(point).abs()
-        };
-        ring.iter().map(excess).sum::<f64>() < 0.0
+        cos < TANGENT.cos() && sa.signed_distance(&center).abs() < sb.signed_distance(&center).abs()
     }
 }
 

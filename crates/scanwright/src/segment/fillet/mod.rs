@@ -49,13 +49,14 @@ impl Fillet {
         let [a, b] = self.sides.map(side);
         let (a, b) = (a?, b?);
         let mine = &members[self.region as usize];
-        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
         let places = places(field, &a, &b, self.convex, mine)?;
+        let middle = middle(field, mine, &places);
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing, &middle)?;
         let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner
         else {
             return None;
         };
-        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle(field, mine, &places))?;
+        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle)?;
         Some(primitive::given(field, &fit, mine))
     }
 }
@@ -75,8 +76,9 @@ const MIN_FILLET: usize = 20;
 const ANGLES: (f64, f64) = (0.25, 2.7);
 /// Misfit by which a fillet must be better than a sharp edge.
 const BETTER_THAN_SHARP: f64 = 12.0;
-/// Misfit by which it may be worse than a chamfer, which has one parameter more (the Bayesian criterion's price with
-/// about fifty samples).
+/// Misfit by which it may be worse than a chamfer in a concave corner: the chamfer has one parameter more (the Bayesian
+/// criterion's price with about fifty samples), and corners are not filled with flats. Edges may be broken by either,
+/// and the fillet must be as good.
 const WORSE_THAN_CHAMFER: f64 = 4.0;
 /// Arc, in spacings, below which a fillet that no strip shows must be better than a chamfer by as much.
 const WIDE_ARC: f64 = 3.5;
@@ -237,7 +239,8 @@ impl Found {
     fn of(field: &Field, regions: &Regions, candidate: &Candidate) -> Option<Self> {
         let [a, b] = candidate.sides.map(|k| regions.fits[k as usize]);
         let (a, b) = (a?, b?);
-        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
+        let near = &field.points[candidate.core[0] as usize];
+        Sweep::of(&a.surface, &b.surface, field.spacing, near)?;
         let is_part = |k: u32| Some(k) == candidate.strip || candidate.sides.contains(&k);
         let mut scratch = Scratch::new(field.n_vertices());
         let reach = (2.0 * field.blur / field.spacing).ceil() as usize
@@ -260,10 +263,16 @@ impl Found {
         let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
         let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
         let over_chamfer = edge.chamfer().misfit - fillet.misfit;
-        if over_chamfer < if is_shown { -WORSE_THAN_CHAMFER } else { WORSE_THAN_CHAMFER } {
+        let least = match (is_shown, convex) {
+            (false, _) => WORSE_THAN_CHAMFER,
+            (true, false) => -WORSE_THAN_CHAMFER,
+            (true, true) => 0.0,
+        };
+        if over_chamfer < least {
             return None;
         }
         let middle = middle(field, &band, &places);
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing, &middle)?;
         let fit = sweep.fillet(&a, &b, radius, convex, &middle)?;
         let (mut between, mut beyond) = (Vec::new(), [Vec::new(), Vec::new()]);
         for (&v, place) in band.iter().zip(&places) {

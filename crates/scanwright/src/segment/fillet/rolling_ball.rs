@@ -23,9 +23,9 @@ const MAX_ANGLE: f64 = 0.06;
 const MIN_EDGE_ANGLE: f64 = 0.1;
 
 impl Sweep {
-    /// What `a` and `b` have in common; `None` when no one sweep makes both. `slack`: length by which axes may miss
-    /// each other.
-    pub fn of(a: &Surface, b: &Surface, slack: f64) -> Option<Self> {
+    /// What `a` and `b` have in common near a point of their edge; `None` when no one sweep makes both. `slack`: length
+    /// by which axes may miss each other. A plane's normal is better known than the axis of what stands on it.
+    pub fn of(a: &Surface, b: &Surface, slack: f64, near: &Point3) -> Option<Self> {
         let (simple, other) = if a.kind() <= b.kind() { (a, b) } else { (b, a) };
         match (simple, other) {
             (Surface::Plane(p), Surface::Plane(q)) => {
@@ -39,9 +39,10 @@ impl Sweep {
                 let axis = other.axis()?;
                 let across = p.normal.dot(&axis.direction).abs();
                 if across > MAX_ANGLE.cos() {
-                    Some(Self::About(axis))
+                    Some(Self::About(Axis { origin: axis.foot(near), direction: p.normal }))
                 } else if across < MAX_ANGLE && matches!(other, Surface::Cylinder(_)) {
-                    Some(Self::Along(axis.direction))
+                    let n = p.normal.into_inner();
+                    try_unit(axis.direction.into_inner() - n * n.dot(&axis.direction)).map(Self::Along)
                 } else {
                     None
                 }
@@ -144,7 +145,7 @@ mod tests {
     #[test]
     fn box_edge_gives_a_cylinder_tangent_to_both_planes() {
         let (a, b) = (plane([5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), plane([0.0, 4.0, 0.0], [0.0, 1.0, 0.2]));
-        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("planes meet");
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1, &Point3::origin()).expect("planes meet");
         let found = sweep.fillet(&a, &b, 1.5, true, &Point3::new(5.0, 4.0, 0.0)).expect("a fillet");
         let Surface::Cylinder(cylinder) = found.surface else { panic!("not a cylinder") };
         for plane in [&a, &b] {
@@ -158,7 +159,7 @@ mod tests {
     #[test]
     fn shaft_on_a_flange_gives_a_torus_outside_the_shaft() {
         let (a, b) = (plane([0.0; 3], [0.0, 0.0, 1.0]), fit(shaft(6.0), true));
-        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("a common axis");
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1, &Point3::origin()).expect("a common axis");
         let found = sweep.fillet(&a, &b, 2.0, false, &Point3::new(6.5, 0.0, 0.5)).expect("a fillet");
         let Surface::Torus(torus) = found.surface else { panic!("not a torus") };
         assert!((torus.major_radius - 8.0).abs() < 1e-9 && (torus.axis.origin.z - 2.0).abs() < 1e-9);
@@ -171,6 +172,6 @@ mod tests {
             axis: Axis { origin: Point3::origin(), direction: Vec3::x_axis() },
             radius: 2.0,
         });
-        assert_eq!(Sweep::of(&shaft(6.0), &across, 0.1), None);
+        assert_eq!(Sweep::of(&shaft(6.0), &across, 0.1, &Point3::origin()), None);
     }
 }
