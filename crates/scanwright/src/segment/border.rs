@@ -51,29 +51,21 @@ pub(super) fn sharpened(
     sharp
 }
 
-/// A triangle with its surroundings.
-struct Place<'m> {
-    mesh: &'m Mesh,
-    adjacency: &'m Adjacency,
-    triangle: usize,
-}
-
-impl Place<'_> {
-    /// Whether the first surface is nearer than the second, and not tangent to it.
-    fn is_nearer(&self, a: &Primitive, b: &Primitive) -> bool {
-        let (Some(sa), Some(sb)) = (a.surface, b.surface) else { return false };
-        let center = self.mesh.triangle_center(self.triangle);
-        let cos =
-            sa.normal(&center).dot(&sb.normal(&center)) * if a.outward == b.outward { 1.0 } else { -1.0 };
-        cos < TANGENT.cos() && sa.signed_distance(&center).abs() < sb.signed_distance(&center).abs()
-    }
+/// Whether the first surface is nearer to a point than the second, and not tangent to it.
+fn is_nearer(a: &Primitive, b: &Primitive, point: &Point3) -> bool {
+    let (Some(a), Some(b)) = (fit(a), fit(b)) else { return false };
+    let (da, na) = a.distance_and_outward_normal(point);
+    let (db, nb) = b.distance_and_outward_normal(point);
+    na.dot(&nb) < TANGENT.cos() && da.abs() < db.abs()
 }
 
 /// Whether a surface faces the way that a triangle does: the other side of a thin wall does not.
-fn faces(primitive: &Primitive, normal: &crate::math::Vec3, place: &Place) -> bool {
-    let center = place.mesh.triangle_center(place.triangle);
-    let side = if primitive.outward { 1.0 } else { -1.0 };
-    primitive.surface.is_some_and(|s| side * s.normal(&center).dot(normal) > 0.0)
+fn faces(primitive: &Primitive, normal: &Vec3, point: &Point3) -> bool {
+    fit(primitive).is_some_and(|fit| fit.distance_and_outward_normal(point).1.dot(normal) > 0.0)
+}
+
+fn fit(primitive: &Primitive) -> Option<Fit> {
+    primitive.surface.map(|surface| Fit { surface, outward: primitive.outward })
 }
 
 /// Gives small pieces of regions to the neighbour they share most edges with; whether any changed.
