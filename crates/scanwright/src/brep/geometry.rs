@@ -25,8 +25,10 @@ const N_PROBES: usize = 7;
 pub(super) struct Course {
     /// The real surfaces: at most two.
     pub fields: Vec<Field>,
-    /// The mesh chain, ends included; smoothed unless it is a cut of one surface.
+    /// The mesh chain, ends included; smoothed unless it is a cut.
     pub points: Vec<Point3>,
+    /// Whether it is where a plane cuts one surface.
+    pub cut: bool,
     /// Whether its edge is the straight one of a facet.
     pub straight: bool,
 }
@@ -52,13 +54,14 @@ pub(super) fn courses(mesh: &Mesh, topology: &Topology, patches: &[Patch], spaci
         let mut points: Vec<Point3> = chain.vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
         // A cut wanders beside its plane and not off its surface, where a chain across a narrow groove is as round as
         // a zig-zag: smoothed, it would lie nearer to the other side of the tube.
-        if !is_cut(chain, patches) {
+        let cut = is_cut(chain, patches);
+        if !cut {
             smooth(&mut points);
         }
         let fields = chain_fields(chain, patches, &points, spacing);
         let sides = [Some(chain.left), chain.right];
         let straight = sides.into_iter().flatten().any(|p| patches[p as usize].facet);
-        Course { fields, points, straight }
+        Course { fields, points, cut, straight }
     })
 }
 
@@ -253,8 +256,8 @@ fn distinct_fields(chains: &[usize], courses: &[Course]) -> Vec<Field> {
 
 /// Points of a chain's edge between its corners, both included, in order.
 ///
-/// The course is trimmed at both ends, where the mesh is rounded, stretched to the corners, resampled and moved onto
-/// the fields. Samples that run back past a corner are dropped.
+/// A course between two surfaces is trimmed at both ends, where the mesh is rounded; all are stretched to the corners,
+/// resampled and moved onto the fields. Samples that run back past a corner are dropped.
 pub(super) fn edge_samples(
     course: &Course,
     start: &Point3,
@@ -267,7 +270,7 @@ pub(super) fn edge_samples(
     /// Relative singular value below which a crossing is left to the mesh: about nine degrees between the normals.
     const FLAT: f64 = 0.08;
     let inner = course.points.len().saturating_sub(2);
-    let trim = TRIM.min(inner / 3);
+    let trim = if course.cut { 0 } else { TRIM.min(inner / 3) };
     let mut path = vec![*start];
     path.extend(&course.points[1 + trim..course.points.len() - 1 - trim]);
     path.push(*end);
