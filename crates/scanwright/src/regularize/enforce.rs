@@ -113,17 +113,36 @@ impl Asked {
         asked
     }
 
-    /// The surface turned about the middle of its samples, then moved and resized by the conditional mean of a
-    /// Gaussian, `C_oa C_aa^-1 delta_a` for what is asked (T. Anderson, "An Introduction to Multivariate Statistical
-    /// Analysis" (1958), theorem 2.5.1). `spacing` of the vertices: see [`Evidence::near`].
+    /// The surface with what is asked, its other parameters such that the distances of its points change least.
+    ///
+    /// First by the conditional mean of a Gaussian, `C_oa C_aa^-1 delta_a` for what is asked (T. Anderson, "An
+    /// Introduction to Multivariate Statistical Analysis" (1958), theorem 2.5.1), then by steps of Gauss and Newton: a
+    /// strip that was fitted degrees off is beyond first order.
     fn moved(&self, surface: &Surface, evidence: &Evidence, spacing: f64) -> Option<Surface> {
-        let frame = &evidence.frame;
-        let follow = self.regression(&evidence.near(surface, spacing)?)? * &self.by;
+        /// Steps at most: the error of one is the square of that before.
+        const STEPS: usize = 8;
+        let mut by = self.regression(&evidence.covariance)? * &self.by;
+        let mut best = f64::INFINITY;
+        let mut moved = None;
+        for _ in 0..STEPS {
+            let Some(trial) = self.moved_by(surface, &evidence.frame, &by) else { break };
+            let (step, cost) = evidence.correction(surface, &trial, &by, &self.rows, spacing)?;
+            if cost.is_nan() || cost >= best {
+                break;
+            }
+            (best, moved) = (cost, Some(trial));
+            by += step;
+        }
+        moved
+    }
+
+    /// The surface turned about the middle of its samples, its other parameters moved `by`; `None` if there is none.
+    fn moved_by(&self, surface: &Surface, frame: &Frame, by: &DVector<f64>) -> Option<Surface> {
         let rotation = Rotation3::new(self.turn);
         let pivot = frame.origin.coords;
         let mut translation = pivot - rotation * pivot;
         let mut shape = [0.0; 2];
-        for (name, by) in parameter_names(surface).iter().zip(follow.iter()) {
+        for (name, by) in parameter_names(surface).iter().zip(by.iter()) {
             match *name {
                 "offset_x" | "center_x" => translation += frame.x.into_inner() * *by,
                 "offset_y" | "center_y" => translation += frame.y.into_inner() * *by,

@@ -8,10 +8,12 @@
 //! to a half too little for the widest faces, which the form deviation covers, and two to three times too much for the
 //! narrowest. Axes of revolution follow the same rule, but were not held against truth.
 
-use nalgebra::{DMatrix, Matrix2, Matrix3x2, Rotation3};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Rotation3};
 
 use super::directions::Direction;
-use crate::fit::{Samples, VERTICES_PER_SAMPLE, parameter_covariance, parameter_names};
+use crate::fit::{
+    Samples, VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_names,
+};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3, angle_between, centroid};
 use crate::mesh::{Adjacency, Mesh};
 use crate::recognize::Primitive;
@@ -31,6 +33,8 @@ pub(super) struct Evidence {
     pub samples: Samples,
     /// Their centroid with the direction, if the surface has one, as third axis: what `covariance` refers to.
     pub frame: Frame,
+    /// Variance of one distance, as if the samples were independent.
+    variance: f64,
     /// Covariance of the parameters in the order of `fit::parameter_names`.
     pub covariance: DMatrix<f64>,
     /// Place of the two tilts in it; a sphere has none.
@@ -55,6 +59,7 @@ impl Evidence {
         let samples = Samples { points, normals }.thinned(N_SAMPLES);
         let sigma = primitive.residual.rms.max(tolerances.noise()).max(tolerances.rounding());
         let n_effective = (vertices.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
+        let variance = sigma * sigma * samples.points.len() as f64 / n_effective;
         let rows = parameter_covariance(surface, &samples, sigma, n_effective);
         let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
         if covariance.is_empty() {
@@ -65,7 +70,7 @@ impl Evidence {
             Some(direction) => Frame::from_z(origin, direction),
             None => Frame { origin, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() },
         };
-        Some(Self { samples, frame, covariance, tilt })
+        Some(Self { samples, frame, variance, covariance, tilt })
     }
 
     /// The direction with its covariance. `form_angle`: what real faces deviate by from their design, radians.
@@ -83,21 +88,49 @@ impl Evidence {
         (sum / points.len() as f64).sqrt()
     }
 
-    /// The covariance when it is also known that no parameter lies farther from its fit than about a vertex spacing.
+    /// Information that no parameter lies farther from its fit than about a vertex spacing, one per parameter.
     ///
     /// A parameter that hardly shows follows a turn by many times that (the centre of a tube of which a narrow band
-    /// was seen), along a valley that is straight to first order only; the distances of the points, which the valley
-    /// leaves as they are, do not object. With this it stays, and those seen better than a spacing follow as before.
-    pub fn near(&self, surface: &Surface, spacing: f64) -> Option<DMatrix<f64>> {
-        let mut information = self.covariance.clone().try_inverse()?;
-        for (i, name) in parameter_names(surface).iter().enumerate() {
-            let near = match *name {
-                "tilt_x" | "tilt_y" | "half_angle" => spacing / self.reach(),
-                _ => spacing,
-            };
-            information[(i, i)] += 1.0 / (near * near);
+    /// was seen): the distances of the points, which it hardly changes, do not object. With this it stays, and those
+    /// seen better than a spacing follow as before.
+    fn nearness(&self, surface: &Surface, spacing: f64) -> DVector<f64> {
+        let names = parameter_names(surface);
+        DVector::from_iterator(
+            names.len(),
+            names.iter().map(|name| match *name {
+                "tilt_x" | "tilt_y" | "half_angle" => (self.reach() / spacing).powi(2),
+                _ => spacing.powi(-2),
+            }),
+        )
+    }
+
+    /// How a surface that became `moved` from `fitted`, its parameters by `by`, is to be corrected by Gauss and Newton
+    /// so that the distances of the points change least, given that the combinations `fixed` of parameters stay: the
+    /// step, and the cost it starts from. `spacing` of the vertices: see [`Self::nearness`].
+    pub fn correction(
+        &self,
+        fitted: &Surface,
+        moved: &Surface,
+        by: &DVector<f64>,
+        fixed: &DMatrix<f64>,
+        spacing: f64,
+    ) -> Option<(DVector<f64>, f64)> {
+        let near = self.nearness(fitted, spacing);
+        let weight = 1.0 / self.variance;
+        let mut information = DMatrix::from_diagonal(&near);
+        let mut gradient = near.component_mul(by);
+        let mut cost = gradient.dot(by);
+        for point in &self.samples.points {
+            let change = moved.signed_distance(point) - fitted.signed_distance(point);
+            let row = distance_by_parameters(moved, &self.frame, point);
+            information.ger(weight, &row, &row, 1.0);
+            gradient.axpy(weight * change, &row, 1.0);
+            cost += weight * change * change;
         }
-        information.try_inverse()
+        let covariance = information.try_inverse()?;
+        let cross = &covariance * fixed.transpose();
+        let free = &covariance - &cross * (fixed * &cross).try_inverse()? * cross.transpose();
+        Some((-(free * gradient), cost))
     }
 
     /// Where the axis or the centre of `surface` is; `None` for a plane.
