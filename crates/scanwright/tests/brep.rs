@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 use crate::parts::{
     Part, STEP, block, block_with_two_bores, cap, counterbored, dented, pipe, plane, tolerances,
 };
+use crate::parts::{Part, STEP, block, block_with_two_bores, cap, grooved_pipe, pipe, plane, tolerances};
 
 /// Largest gap that the check allows here: what default tolerances allow.
 const GAP: f64 = 0.05 * STEP;
@@ -69,6 +70,19 @@ fn all_five_types_of_surface_and_tangent_pairs_become_faces() {
     let exact = cap().mesh.signed_volume();
     // The grid lies inside its round faces by up to a sagitta of (TAU / 88)^2 / 2 of the radius.
     assert_near(volume(&solid), exact, 0.005 * exact, "volume");
+}
+
+#[test]
+fn a_groove_is_cut_through_its_bottom_and_not_through_its_opening() {
+    // Down to a groove that fairing would fill: its meridian is six edges long.
+    for tube in [6.0, 3.0, 1.5] {
+        let part = grooved_pipe(14.0, 6.0, 30.0, tube);
+        let solid = sound(&part);
+        let expected = [(SurfaceKind::Plane, 2), (SurfaceKind::Cylinder, 6), (SurfaceKind::Torus, 2)];
+        assert_eq!(kinds(&solid), expected, "tube {tube}");
+        let exact = part.mesh.signed_volume();
+        assert_near(volume(&solid), exact, 0.01 * exact, "volume");
+    }
 }
 
 #[test]

@@ -212,6 +212,29 @@ pub fn pipe(outer: f64, inner: f64, height: f64) -> Part {
     part
 }
 
+/// A pipe about z with a groove round its wall, a tube open by a third of its turn: wall above 0, below 4, groove 5.
+pub fn grooved_pipe(outer: f64, inner: f64, height: f64, tube: f64) -> Part {
+    const OPEN: f64 = TAU / 6.0;
+    let mut part = pipe(outer, inner, height).without(|label, _| label == 0);
+    let n = around(outer);
+    let rim = tube * OPEN.sin();
+    let major_radius = outer - tube * OPEN.cos();
+    let turned = |r: f64, u: f64, z: f64| Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z);
+    let wall = 0.5 * height - rim;
+    let n_wall = (wall / STEP).round() as usize;
+    part.grid(4, n, n_wall, |u, v| turned(outer, u, wall * v - 0.5 * height));
+    let swept = TAU - 2.0 * OPEN;
+    part.grid(5, n, (swept * tube / STEP).round() as usize, |u, v| {
+        let (sin, cos) = (TAU - OPEN - swept * v).sin_cos();
+        turned(major_radius + tube * cos, u, tube * sin)
+    });
+    part.grid(0, n, n_wall, |u, v| turned(outer, u, rim + wall * v));
+    let axis = Axis { origin: Point3::origin(), direction: Vec3::z_axis() };
+    let groove = Torus { axis, major_radius, minor_radius: tube };
+    part.primitives.extend([part.primitives[0].clone(), primitive(Surface::Torus(groove), false)]);
+    part
+}
+
 /// A turned cap about z with all five types of surface: bottom 0, wall 1, fillet 2, rim 3, spherical dish 4, conical
 /// bore 5.
 pub fn cap() -> Part {

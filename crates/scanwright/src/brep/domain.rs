@@ -26,11 +26,24 @@ pub(super) struct Domain<'a> {
     starts: OnceLock<Starts>,
 }
 
+/// The angle opposite the middle of the widest gap between `angles`, radians. Not their mean: of a tube that is open at
+/// one side, more points may lie on the rims of the opening than across from it.
+fn opposite_widest_gap(mut angles: Vec<f64>) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    angles.sort_by(f64::total_cmp);
+    let Some(first) = angles.first() else { return 0.0 };
+    let next = angles[1..].iter().copied().chain([first + TAU]);
+    let gaps = angles.iter().zip(next).map(|(a, b)| (b - a, 0.5 * (a + b)));
+    gaps.max_by(|x, y| x.0.total_cmp(&y.0)).map_or(0.0, |(_, middle)| middle - PI)
+}
+
 impl<'a> Domain<'a> {
     pub(super) fn new(solid: &'a Solid, face: &Face) -> Self {
+        /// Samples of an edge: on one that goes round a whole tube, steps of 15 degrees, less than a cut face leaves.
+        const N_SAMPLES: usize = 24;
         let uses = face.loops.iter().flat_map(|l| &l.uses);
         Self::around(solid.geometry(face), face.frame, || {
-            uses.flat_map(|u| use_points(solid, *u, 8)).collect::<Vec<_>>()
+            uses.flat_map(|u| use_points(solid, *u, N_SAMPLES)).collect::<Vec<_>>()
         })
     }
 
@@ -38,12 +51,8 @@ impl<'a> Domain<'a> {
     pub(super) fn around(geometry: &'a Geometry, frame: Frame, points: impl FnOnce() -> Vec<Point3>) -> Self {
         let mut domain = Self { geometry, frame, tube_zero: 0.0, starts: OnceLock::new() };
         if let Geometry::Analytic(Surface::Torus(_)) = geometry {
-            let (mut sin, mut cos) = (0.0, 0.0);
-            for angle in points().iter().map(|p| domain.tube_angle(p)) {
-                sin += angle.sin();
-                cos += angle.cos();
-            }
-            domain.tube_zero = sin.atan2(cos);
+            let angles = points().iter().map(|p| domain.tube_angle(p)).collect();
+            domain.tube_zero = opposite_widest_gap(angles);
         }
         domain
     }

@@ -20,13 +20,15 @@ pub(super) const CORNER_REACH: f64 = 6.0;
 /// Samples of a chain that decide whether it is tangent.
 const N_PROBES: usize = 7;
 
-/// What a chain lies on, and its smoothed course on the mesh.
+/// What a chain lies on, and its course on the mesh.
 #[derive(Debug, Clone)]
 pub(super) struct Course {
     /// The real surfaces: at most two.
     pub fields: Vec<Field>,
-    /// The smoothed mesh chain, ends included.
+    /// The mesh chain, ends included; smoothed unless it is a cut.
     pub points: Vec<Point3>,
+    /// Whether it is where a plane cuts one surface.
+    pub cut: bool,
     /// Whether its edge is the straight one of a facet.
     pub straight: bool,
 }
@@ -46,30 +48,41 @@ pub(super) struct Corner {
     pub moved: f64,
 }
 
-/// Smoothed chain, and the fields it lies on.
+/// Course of every chain.
 pub(super) fn courses(mesh: &Mesh, topology: &Topology, patches: &[Patch], spacing: f64) -> Vec<Course> {
     crate::par::map(&topology.chains, |chain| {
-        let points = smooth(mesh, chain);
+        let mut points: Vec<Point3> = chain.vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
+        // A cut wanders beside its plane and not off its surface, where a chain across a narrow groove is as round as
+        // a zig-zag: smoothed, it would lie nearer to the other side of the tube.
+        let cut = is_cut(chain, patches);
+        if !cut {
+            smooth(&mut points);
+        }
         let fields = chain_fields(chain, patches, &points, spacing);
         let sides = [Some(chain.left), chain.right];
         let straight = sides.into_iter().flatten().any(|p| patches[p as usize].facet);
-        Course { fields, points, straight }
+        Course { fields, points, cut, straight }
     })
 }
 
-/// The chain's vertices after fairing with fixed ends.
-fn smooth(mesh: &Mesh, chain: &Chain) -> Vec<Point3> {
+/// Whether the chain is where a plane cuts the surface of one region.
+fn is_cut(chain: &Chain, patches: &[Patch]) -> bool {
+    let left = &patches[chain.left as usize];
+    let right = chain.right.map(|r| &patches[r as usize]);
+    left.surface.is_some() && right.is_some_and(|right| left.region == right.region)
+}
+
+/// Fairs a chain of mesh vertices between its ends.
+fn smooth(points: &mut [Point3]) {
     /// Passes of the 1-2-1 mean: reaches about three edges, the length of a zig-zag of noisy labels.
     const PASSES: usize = 8;
-    let mut points: Vec<Point3> = chain.vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
     for _ in 0..PASSES {
-        let before = points.clone();
+        let before = points.to_vec();
         for i in 1..points.len().saturating_sub(1) {
             points[i] =
                 Point3::from((before[i - 1].coords + before[i].coords * 2.0 + before[i + 1].coords) * 0.25);
         }
     }
-    points
 }
 
 fn chain_fields(chain: &Chain, patches: &[Patch], points: &[Point3], spacing: f64) -> Vec<Field> {
@@ -256,8 +269,8 @@ fn distinct_fields(chains: &[usize], courses: &[Course]) -> Vec<Field> {
 
 /// Points of a chain's edge between its corners, both included, in order.
 ///
-/// The course is trimmed at both ends, where the mesh is rounded, stretched to the corners, resampled and moved onto
-/// the fields. Samples that run back past a corner are dropped.
+/// A course between two surfaces is trimmed at both ends, where the mesh is rounded; all are stretched to the corners,
+/// resampled and moved onto the fields. Samples that run back past a corner are dropped.
 pub(super) fn edge_samples(
     course: &Course,
     start: &Point3,
@@ -270,7 +283,7 @@ pub(super) fn edge_samples(
     /// Relative singular value below which a crossing is left to the mesh: about nine degrees between the normals.
     const FLAT: f64 = 0.08;
     let inner = course.points.len().saturating_sub(2);
-    let trim = TRIM.min(inner / 3);
+    let trim = if course.cut { 0 } else { TRIM.min(inner / 3) };
     let mut path = vec![*start];
     path.extend(&course.points[1 + trim..course.points.len() - 1 - trim]);
     path.push(*end);

@@ -3,10 +3,10 @@
 //! `Cov = sigma^2 (J^T J)^-1 N / N_eff` over the motions and shapes that the type can show. Motions it cannot show
 //! are left out, so the matrix is regular unless the data themselves leave something unobserved.
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use super::Samples;
-use crate::math::{Frame, Vec3, centroid};
+use crate::math::{Frame, Point3, Vec3, centroid};
 use crate::surface::Surface;
 
 /// Vertices of a scan per independent sample of its noise, which is correlated: twice what its correlation length asks
@@ -25,6 +25,40 @@ pub fn parameter_names(surface: &Surface) -> &'static [&'static str] {
             &["offset_x", "offset_y", "offset_z", "tilt_x", "tilt_y", "major_radius", "minor_radius"]
         }
     }
+}
+
+/// Derivative of the distance of `point` by the parameters of `surface`, in the order of [`parameter_names`]: motions
+/// about the origin of `frame`, along its directions and about them, then shapes.
+pub fn distance_by_parameters(surface: &Surface, frame: &Frame, point: &Point3) -> DVector<f64> {
+    let (columns, full) = (columns(surface), distance_by_motions(surface, frame, point));
+    DVector::from_fn(columns.len(), |i, _| full[columns[i]])
+}
+
+/// Places in [`distance_by_motions`] of the parameters that the type can show.
+fn columns(surface: &Surface) -> &'static [usize] {
+    match surface {
+        Surface::Plane(_) => &[2, 3, 4],
+        Surface::Sphere(_) => &[0, 1, 2, 6],
+        Surface::Cylinder(_) => &[0, 1, 3, 4, 6],
+        Surface::Cone(_) => &[0, 1, 3, 4, 6, 7],
+        Surface::Torus(_) => &[0, 1, 2, 3, 4, 6, 7],
+    }
+}
+
+/// Derivative of the distance of `point` by translations x, y, z; turns x, y, z; shapes.
+fn distance_by_motions(surface: &Surface, frame: &Frame, point: &Point3) -> SVector<f64, 8> {
+    let jet = surface.jet(point);
+    let turn = (point - frame.origin).cross(&jet.normal);
+    SVector::<f64, 8>::from([
+        -jet.normal.dot(&frame.x),
+        -jet.normal.dot(&frame.y),
+        -jet.normal.dot(&frame.z),
+        -turn.dot(&frame.x),
+        -turn.dot(&frame.y),
+        -turn.dot(&frame.z),
+        jet.distance_by_shape[0],
+        jet.distance_by_shape[1],
+    ])
 }
 
 /// Covariance of the parameters of `surface` fitted to `samples`, in the order of [`parameter_names`].
@@ -48,29 +82,11 @@ pub fn parameter_covariance(
         Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
         Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
     };
-    // Columns: translations x, y, z; turns x, y, z; shapes.
-    let columns: &[usize] = match surface {
-        Surface::Plane(_) => &[2, 3, 4],
-        Surface::Sphere(_) => &[0, 1, 2, 6],
-        Surface::Cylinder(_) => &[0, 1, 3, 4, 6],
-        Surface::Cone(_) => &[0, 1, 3, 4, 6, 7],
-        Surface::Torus(_) => &[0, 1, 2, 3, 4, 6, 7],
-    };
+    let columns = columns(surface);
     let n = columns.len();
     let mut information = DMatrix::<f64>::zeros(n, n);
     for point in &samples.points {
-        let jet = surface.jet(point);
-        let turn = (point - pivot).cross(&jet.normal);
-        let full = SVector::<f64, 8>::from([
-            -jet.normal.dot(&frame.x),
-            -jet.normal.dot(&frame.y),
-            -jet.normal.dot(&frame.z),
-            -turn.dot(&frame.x),
-            -turn.dot(&frame.y),
-            -turn.dot(&frame.z),
-            jet.distance_by_shape[0],
-            jet.distance_by_shape[1],
-        ]);
+        let full = distance_by_motions(surface, &frame, point);
         for (i, &a) in columns.iter().enumerate() {
             for (j, &b) in columns.iter().enumerate() {
                 information[(i, j)] += full[a] * full[b];

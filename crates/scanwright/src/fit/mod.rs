@@ -7,7 +7,7 @@ mod covariance;
 mod refine;
 mod start;
 
-pub use covariance::{VERTICES_PER_SAMPLE, parameter_covariance, parameter_names};
+pub use covariance::{VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_names};
 pub use refine::{Weights, refine};
 pub use start::starts;
 

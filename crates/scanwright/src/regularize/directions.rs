@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
-use super::{MAX_ACCIDENT, MAX_SIGMAS};
+use super::MAX_SIGMAS;
+use super::gather::{Agreement, Group, gathered};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3};
 
 /// An estimated direction; its sign says nothing.
@@ -32,21 +33,24 @@ impl Direction {
     }
 
     /// What `self` and `other` say together, when both mean one direction: the information-weighted mean.
-    fn and(&self, agreement: &Agreement) -> Option<Self> {
-        let own = self.in_tangents(&agreement.tangents);
-        let gain = own * agreement.covariance.try_inverse()?;
-        let unit = UnitVec3::new_normalize(
-            self.unit.into_inner() + agreement.tangents * (gain * agreement.deviation),
-        );
-        let covariance = agreement.tangents * (own - gain * own) * agreement.tangents.transpose();
+    fn and(&self, comparison: &Comparison) -> Option<Self> {
+        let own = self.in_tangents(&comparison.tangents);
+        let gain = own * comparison.covariance.try_inverse()?;
+        Some(self.moved(&comparison.tangents, &(gain * comparison.deviation), &(own - gain * own)))
+    }
+
+    /// The direction moved by `by` along `tangents`, with `covariance` in these.
+    pub fn moved(&self, tangents: &Matrix3x2<f64>, by: &Vector2<f64>, covariance: &Matrix2<f64>) -> Self {
+        let unit = UnitVec3::new_normalize(self.unit.into_inner() + tangents * by);
+        let covariance = tangents * covariance * tangents.transpose();
         // The tangent plane of the mean: nothing is left along it.
         let flat = Mat3::identity() - unit.into_inner() * unit.transpose();
-        Some(Self { unit, covariance: flat * covariance * flat })
+        Self { unit, covariance: flat * covariance * flat }
     }
 }
 
 /// Two directions compared.
-struct Agreement {
+pub(super) struct Comparison {
     tangents: Matrix3x2<f64>,
     /// The other less the one, in `tangents` of the one.
     deviation: Vector2<f64>,
@@ -58,7 +62,7 @@ struct Agreement {
     odds: f64,
 }
 
-impl Agreement {
+impl Comparison {
     /// `pencil`: a direction that both are known to be perpendicular to, if there is one.
     fn new(one: &Direction, other: &Direction, pencil: Option<&UnitVec3>) -> Option<Self> {
         let tangents = one.tangents();
@@ -83,19 +87,21 @@ impl Agreement {
     }
 }
 
+impl Agreement for Comparison {
+    fn z_sq(&self) -> f64 {
+        self.z_sq
+    }
+
+    fn odds(&self) -> f64 {
+        self.odds
+    }
+}
+
 /// Whether the scan does not contradict that two directions are perpendicular.
 fn may_be_perpendicular(one: &Direction, other: &Direction) -> bool {
     let (u, v) = (one.unit.into_inner(), other.unit.into_inner());
     let variance = v.dot(&(one.covariance * v)) + u.dot(&(other.covariance * u));
     u.dot(&v).abs() < MAX_SIGMAS * variance.sqrt()
-}
-
-/// Square of the deviation of two coordinates that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
-fn max_z_sq() -> f64 {
-    // P(|z| > 2.5) = 0.0124; chi squared of two degrees of freedom exceeds -2 ln p with probability p.
-    const RARE: f64 = 0.0124;
-    const { assert!(MAX_SIGMAS == 2.5, "RARE belongs to 2.5 sigmas") };
-    -2.0 * RARE.ln()
 }
 
 /// Primitives of one direction.
@@ -116,82 +122,50 @@ impl Cluster {
     }
 }
 
+/// A direction of a primitive.
+pub(super) struct Seen {
+    primitive: usize,
+    direction: Direction,
+}
+
+impl Group for Cluster {
+    type Thing = Seen;
+    type Agreement = Comparison;
+
+    fn founded_by(seen: &Seen) -> Self {
+        Self { direction: seen.direction, members: vec![seen.primitive], perpendicular: false }
+    }
+
+    fn n_members(&self) -> usize {
+        self.members.len()
+    }
+
+    fn agreements(clusters: &[Self], seen: &Seen) -> Vec<Option<Comparison>> {
+        let direction = &seen.direction;
+        let pencils: Vec<&Self> =
+            clusters.iter().filter(|c| may_be_perpendicular(&c.direction, direction)).collect();
+        let compared = |cluster: &Self| {
+            let pencil = pencils.iter().find(|p| may_be_perpendicular(&p.direction, &cluster.direction));
+            Comparison::new(&cluster.direction, direction, pencil.map(|p| &p.direction.unit))
+        };
+        clusters.iter().map(compared).collect()
+    }
+
+    fn with(&self, seen: &Seen, comparison: &Comparison) -> Option<Self> {
+        let direction = self.direction.and(comparison)?;
+        let members = self.members.iter().copied().chain([seen.primitive]).collect();
+        Some(Self { direction, members, ..*self })
+    }
+}
+
 /// Clusters of parallel directions, best seen first. `directions`: one per primitive, `None` for those without.
-///
-/// Directions come best seen first, so that strong ones meet before weak ones could draw them together. Each joins the
-/// cluster that it most probably belongs to, if that is probable enough, or founds one: a face of a well-seen draft
-/// contradicts every cluster, and a badly seen flank of a gear fits so many that none is probable.
-///
-/// How many directions of this part join a cluster is its own prior, by expectation and maximization (A. Dempster,
-/// N. Laird, D. Rubin, Journal of the Royal Statistical Society B 39 (1977), 1-38) from a start of one half.
 pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
-    /// Rounds of estimating the prior: decisions depend on it through the logarithm of its odds only.
-    const ROUNDS: usize = 6;
-    let mut order: Vec<(f64, usize, Direction)> =
-        directions.iter().enumerate().filter_map(|(k, d)| d.map(|d| (d.spread(), k, d))).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut prior = 0.5;
-    let mut clusters = Vec::new();
-    for _ in 0..ROUNDS {
-        let joined;
-        (clusters, joined) = gathered(&order, prior);
-        // Laplace's rule of succession; the first direction has nothing to join.
-        prior = (joined + 1.0) / (order.len() as f64 + 1.0);
-    }
-    clusters
-}
-
-/// Clusters of the directions in `order`, and how many of these are expected to have joined one. `prior`: probability
-/// that one does.
-fn gathered(order: &[(f64, usize, Direction)], prior: f64) -> (Vec<Cluster>, f64) {
-    let mut clusters: Vec<Cluster> = Vec::new();
-    let mut n_joined = 0.0;
-    for (n_before, &(_, k, direction)) in order.iter().enumerate() {
-        let home = home(&clusters, &direction, n_before as f64, prior);
-        n_joined += home.probability;
-        match home.joint {
-            Some((c, joint)) => {
-                clusters[c].direction = joint;
-                clusters[c].members.push(k);
-            }
-            None => clusters.push(Cluster { direction, members: vec![k], perpendicular: false }),
-        }
-    }
-    (clusters, n_joined)
-}
-
-/// Where a direction belongs.
-struct Home {
-    /// The cluster, and its direction with the new one.
-    joint: Option<(usize, Direction)>,
-    /// Probability that it belongs to any.
-    probability: f64,
-}
-
-/// The cluster that `direction` belongs to. A priori it joins one with probability `prior`, a large one rather than a
-/// small one, in proportion to members; `n_before`: number of directions in all clusters.
-fn home(clusters: &[Cluster], direction: &Direction, n_before: f64, prior: f64) -> Home {
-    let pencils: Vec<&Cluster> =
-        clusters.iter().filter(|c| may_be_perpendicular(&c.direction, direction)).collect();
-    let mut best: Option<(f64, usize, Agreement)> = None;
-    let mut sum = 1.0 - prior;
-    for (c, cluster) in clusters.iter().enumerate() {
-        let pencil = pencils
-            .iter()
-            .find(|p| may_be_perpendicular(&p.direction, &cluster.direction))
-            .map(|p| &p.direction.unit);
-        let Some(agreement) = Agreement::new(&cluster.direction, direction, pencil) else { continue };
-        let weight = prior * cluster.members.len() as f64 / n_before * agreement.odds;
-        if agreement.z_sq < max_z_sq() {
-            sum += weight;
-            if best.as_ref().is_none_or(|(w, _, _)| *w < weight) {
-                best = Some((weight, c, agreement));
-            }
-        }
-    }
-    let probability = 1.0 - (1.0 - prior) / sum;
-    let joint = best
-        .filter(|(weight, _, _)| sum - weight < MAX_ACCIDENT * sum)
-        .and_then(|(_, c, agreement)| clusters[c].direction.and(&agreement).map(|joint| (c, joint)));
-    Home { joint, probability }
+    let mut order: Vec<(f64, Seen)> = directions
+        .iter()
+        .enumerate()
+        .filter_map(|(primitive, d)| d.map(|direction| (direction.spread(), Seen { primitive, direction })))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.primitive.cmp(&b.1.primitive)));
+    let order: Vec<Seen> = order.into_iter().map(|(_, seen)| seen).collect();
+    gathered(&order)
 }

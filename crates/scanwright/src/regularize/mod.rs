@@ -15,6 +15,8 @@ mod custom;
 mod directions;
 mod enforce;
 mod evidence;
+mod gather;
+mod lines;
 mod relations;
 
 use crate::mesh::{Adjacency, Mesh};
@@ -23,7 +25,9 @@ use crate::segment::Segmentation;
 use crate::tolerance::Tolerances;
 
 use directions::{Cluster, Direction};
-use evidence::Evidence;
+use enforce::Target;
+use evidence::{Evidence, Position};
+use lines::Line;
 
 /// Standard deviations within which a relation is not contradicted: 1.2 % of true ones are lost.
 const MAX_SIGMAS: f64 = 2.5;
@@ -47,24 +51,55 @@ pub fn regularize(
         Evidence::new(mesh, &segmentation.primitives[k], &inside[k], tolerances)
     });
     let mut directions: Vec<Option<Direction>> =
-        evidence.iter().map(|e| e.as_ref().map(|e| e.direction(tolerances.form_angle()))).collect();
+        evidence.iter().map(|e| e.as_ref()?.direction(tolerances.form_angle())).collect();
+    let mut positions: Vec<Option<Position>> = evidence
+        .iter()
+        .zip(&segmentation.primitives)
+        .map(|(e, primitive)| e.as_ref()?.position(primitive.surface.as_ref()?))
+        .collect();
     let mut regularized = segmentation.clone();
     // A primitive whose points refuse its relation no longer speaks for it: the others are related without it.
     loop {
-        let clusters = relations::related(&directions::parallel(&directions));
-        let refused = apply(&clusters, &evidence, segmentation, tolerances, &mut regularized);
+        let mut clusters = directions::parallel(&directions);
+        let lines = lines::coaxial(&mut clusters, &positions, tolerances.form_angle(), &mesh.vertices);
+        let clusters = relations::related(&clusters);
+        let targets = targets(segmentation.primitives.len(), &clusters, &lines);
+        let refused = apply(&targets, &evidence, segmentation, tolerances, &mut regularized);
         if refused.is_empty() {
             return regularized;
         }
         for k in refused {
-            directions[k] = None;
+            // It first leaves its line, and only then its direction.
+            if targets[k].is_some_and(|target| target.line.is_some()) {
+                positions[k] = None;
+            } else {
+                directions[k] = None;
+            }
         }
     }
 }
 
-/// Primitives after their clusters have turned them; returns those that refuse.
+/// What relations ask of each of `n` primitives; `None` of those that take part in none.
+fn targets(n: usize, clusters: &[Cluster], lines: &[Line]) -> Vec<Option<Target>> {
+    let mut targets = vec![None; n];
+    for cluster in clusters.iter().filter(|c| c.is_related()) {
+        for &k in &cluster.members {
+            targets[k] = Some(Target { direction: cluster.direction, line: None });
+        }
+    }
+    for line in lines {
+        let direction = clusters[line.cluster()].direction;
+        let placed = line.placed(&direction.unit);
+        for &k in &line.members {
+            targets[k] = Some(Target { direction, line: Some(placed) });
+        }
+    }
+    targets
+}
+
+/// Primitives after their relations have moved them; returns those that refuse.
 fn apply(
-    clusters: &[Cluster],
+    targets: &[Option<Target>],
     evidence: &[Option<Evidence>],
     segmentation: &Segmentation,
     tolerances: &Tolerances,
@@ -72,13 +107,12 @@ fn apply(
 ) -> Vec<usize> {
     regularized.primitives.clone_from(&segmentation.primitives);
     let mut refused = Vec::new();
-    for cluster in clusters.iter().filter(|c| c.is_related()) {
-        for &k in &cluster.members {
-            let evidence = evidence[k].as_ref().expect("members of clusters have a direction");
-            match enforce::turned(&segmentation.primitives[k], evidence, &cluster.direction, tolerances) {
-                Some(primitive) => regularized.primitives[k] = primitive,
-                None => refused.push(k),
-            }
+    for (k, target) in targets.iter().enumerate() {
+        let Some(target) = target else { continue };
+        let evidence = evidence[k].as_ref().expect("what is related has been seen");
+        match enforce::related(&segmentation.primitives[k], evidence, target, tolerances) {
+            Some(primitive) => regularized.primitives[k] = primitive,
+            None => refused.push(k),
         }
     }
     refused

@@ -1,0 +1,276 @@
+//! Axes and centres on one line.
+//!
+//! Axes of one cluster of directions are compared where they cross a plane perpendicular to it. Where an axis crosses
+//! that plane depends on the direction of the cluster, which is not known exactly: a position is a mean and a covariance
+//! *given* the direction, and a derivative by it. Axes far apart that lie on one line therefore say more about the
+//! direction than each of them does, and the cluster takes it from them before it is related to others.
+//!
+//! Gathered as directions are (`gather`); an axis that has nothing in common with another lies anywhere in the
+//! cross-section of the part. The centre of a sphere joins a line, but founds none: any two centres lie on one.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Matrix2, Matrix3x2, Vector2};
+
+use super::directions::{Cluster, Direction};
+use super::evidence::Position;
+use super::gather::{Agreement, Group, gathered};
+use crate::math::{Mat3, Point3, UnitVec3, centroid};
+
+/// Where a line lies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlacedLine {
+    /// A point of it.
+    pub through: Point3,
+    /// Covariance of that point, given the direction; none along the line.
+    pub covariance: Mat3,
+    /// What the point moves by when the direction does.
+    pub by_direction: Mat3,
+}
+
+/// Things on one line, at least one of them an axis.
+#[derive(Debug, Clone)]
+pub(super) struct Line {
+    /// Indices of primitives.
+    pub members: Vec<usize>,
+    at: Crossing,
+    /// What the members say together about the direction of the cluster: the inverse of a covariance, per radian
+    /// squared, and its product with the mean, by which they would turn it.
+    information: Matrix2<f64>,
+    pull: Vector2<f64>,
+    /// Whether anything may join.
+    is_axis: bool,
+}
+
+/// A plane perpendicular to a cluster of directions.
+#[derive(Debug, Clone, Copy)]
+struct Section {
+    /// Index of the cluster.
+    cluster: usize,
+    unit: UnitVec3,
+    origin: Point3,
+    /// Two unit vectors in the plane, as columns.
+    tangents: Matrix3x2<f64>,
+    /// Covariance of the cluster's direction, in `tangents`.
+    direction: Matrix2<f64>,
+    /// Size of the part's shadow in it, length squared.
+    area: f64,
+}
+
+/// Where something crosses a section, in its tangents.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    section: Section,
+    mean: Vector2<f64>,
+    /// Given the direction of the cluster.
+    covariance: Matrix2<f64>,
+    /// What it moves by when the direction does.
+    by_direction: Matrix2<f64>,
+}
+
+/// An axis or a centre.
+pub(super) struct Seen {
+    primitive: usize,
+    is_axis: bool,
+    /// One per section that it may belong to; an axis has one, and every thing has at least one.
+    crossings: Vec<Crossing>,
+}
+
+/// A crossing compared with that of a line.
+pub(super) struct Comparison {
+    crossing: Crossing,
+    z_sq: f64,
+    odds: f64,
+}
+
+impl Agreement for Comparison {
+    fn z_sq(&self) -> f64 {
+        self.z_sq
+    }
+
+    fn odds(&self) -> f64 {
+        self.odds
+    }
+}
+
+impl Line {
+    /// Index of its cluster of directions.
+    pub fn cluster(&self) -> usize {
+        self.at.section.cluster
+    }
+
+    /// Where it lies when the direction of its cluster has become `unit`.
+    pub fn placed(&self, unit: &UnitVec3) -> PlacedLine {
+        let Crossing { section, mean, covariance, by_direction } = &self.at;
+        let tangents = &section.tangents;
+        let moved = tangents.transpose() * (unit.into_inner() - section.unit.into_inner());
+        PlacedLine {
+            through: section.origin + tangents * (mean + by_direction * moved),
+            covariance: tangents * covariance * tangents.transpose(),
+            by_direction: tangents * by_direction * tangents.transpose(),
+        }
+    }
+
+    /// The direction of its cluster as it is with what the members say: mean, by which it moves, and covariance.
+    fn direction(&self) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        with_information(&self.at.section.direction, &self.information, &self.pull)
+    }
+
+    fn compared(&self, crossing: &Crossing) -> Option<Comparison> {
+        let (moved, direction) = self.direction()?;
+        let lever = crossing.by_direction - self.at.by_direction;
+        let deviation = crossing.mean - self.at.mean + lever * moved;
+        let covariance = self.at.covariance + crossing.covariance + lever * direction * lever.transpose();
+        let z_sq = deviation.dot(&(covariance.try_inverse()? * deviation));
+        let odds = crossing.section.area / (TAU * covariance.determinant().max(0.0).sqrt());
+        Some(Comparison { crossing: *crossing, z_sq, odds: odds * (-0.5 * z_sq).exp() })
+    }
+}
+
+impl Group for Line {
+    type Thing = Seen;
+    type Agreement = Comparison;
+
+    fn founded_by(seen: &Seen) -> Self {
+        Self {
+            members: vec![seen.primitive],
+            at: seen.crossings[0],
+            information: Matrix2::zeros(),
+            pull: Vector2::zeros(),
+            is_axis: seen.is_axis,
+        }
+    }
+
+    fn n_members(&self) -> usize {
+        self.members.len()
+    }
+
+    fn agreements(lines: &[Self], seen: &Seen) -> Vec<Option<Comparison>> {
+        let compared = |line: &Self| {
+            let crossing = seen.crossings.iter().find(|c| c.section.cluster == line.cluster())?;
+            line.compared(crossing).filter(|_| line.is_axis)
+        };
+        lines.iter().map(compared).collect()
+    }
+
+    fn with(&self, seen: &Seen, comparison: &Comparison) -> Option<Self> {
+        let crossing = &comparison.crossing;
+        let weight = (self.at.covariance + crossing.covariance).try_inverse()?;
+        let gain = self.at.covariance * weight;
+        let deviation = crossing.mean - self.at.mean;
+        let lever = crossing.by_direction - self.at.by_direction;
+        Some(Self {
+            members: self.members.iter().copied().chain([seen.primitive]).collect(),
+            at: Crossing {
+                section: self.at.section,
+                mean: self.at.mean + gain * deviation,
+                covariance: self.at.covariance - gain * self.at.covariance,
+                by_direction: self.at.by_direction + gain * lever,
+            },
+            information: self.information + lever.transpose() * weight * lever,
+            pull: self.pull - lever.transpose() * weight * deviation,
+            is_axis: self.is_axis,
+        })
+    }
+}
+
+/// Mean and covariance of a direction with covariance `own` and what `information` and `pull` add.
+fn with_information(
+    own: &Matrix2<f64>,
+    information: &Matrix2<f64>,
+    pull: &Vector2<f64>,
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let covariance = (own.try_inverse()? + information).try_inverse()?;
+    Some((covariance * pull, covariance))
+}
+
+/// Lines with at least two members; the directions of `clusters` take what these say about them.
+///
+/// `positions`: one per primitive, `None` for those that are on no line. `form_angle` in radians. `points`: the part.
+pub(super) fn coaxial(
+    clusters: &mut [Cluster],
+    positions: &[Option<Position>],
+    form_angle: f64,
+    points: &[Point3],
+) -> Vec<Line> {
+    let middle = centroid(points);
+    let spread = spread_about(&middle, points);
+    let sections: Vec<Section> =
+        clusters.iter().enumerate().map(|(c, k)| section(c, &k.direction, middle, &spread)).collect();
+    let mut lines: Vec<Line> = gathered(&seen(clusters, &sections, positions, form_angle));
+    lines.retain(|line| line.members.len() > 1);
+    for (c, cluster) in clusters.iter_mut().enumerate() {
+        let (mut information, mut pull) = (Matrix2::zeros(), Vector2::zeros());
+        for line in lines.iter().filter(|line| line.cluster() == c) {
+            information += line.information;
+            pull += line.pull;
+        }
+        let section = &sections[c];
+        if let Some((moved, covariance)) = with_information(&section.direction, &information, &pull)
+            && information != Matrix2::zeros()
+        {
+            cluster.direction = cluster.direction.moved(&section.tangents, &moved, &covariance);
+        }
+    }
+    lines
+}
+
+fn section(cluster: usize, direction: &Direction, origin: Point3, spread: &Mat3) -> Section {
+    let tangents = direction.tangents();
+    let flat: Matrix2<f64> = tangents.transpose() * spread * tangents;
+    Section {
+        cluster,
+        unit: direction.unit,
+        origin,
+        tangents,
+        direction: direction.in_tangents(&tangents),
+        // A filled ellipse has semi-axes of twice its standard deviations.
+        area: 4.0 * PI * flat.determinant().max(0.0).sqrt(),
+    }
+}
+
+/// Second moments of `points` about `middle`, length squared.
+fn spread_about(middle: &Point3, points: &[Point3]) -> Mat3 {
+    let sum = points.iter().fold(Mat3::zeros(), |sum, p| sum + (p - middle) * (p - middle).transpose());
+    sum / points.len().max(1) as f64
+}
+
+/// All axes, then all centres, best seen first.
+fn seen(
+    clusters: &[Cluster],
+    sections: &[Section],
+    positions: &[Option<Position>],
+    form_angle: f64,
+) -> Vec<Seen> {
+    let mut all: Vec<(bool, f64, Seen)> = Vec::new();
+    for (primitive, position) in positions.iter().enumerate() {
+        let Some(position) = position else { continue };
+        let is_axis = position.is_axis();
+        let crossings: Vec<Crossing> = clusters
+            .iter()
+            .zip(sections)
+            .filter(|(cluster, _)| !is_axis || cluster.members.contains(&primitive))
+            .map(|(_, section)| crossing(section, position, form_angle))
+            .collect();
+        let Some(first) = crossings.first() else { continue };
+        let spread = first.covariance.determinant();
+        all.push((!is_axis, spread, Seen { primitive, is_axis, crossings }));
+    }
+    all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.primitive.cmp(&b.2.primitive)));
+    all.into_iter().map(|(_, _, seen)| seen).collect()
+}
+
+/// Where `position` crosses `section`, and how uncertain that is: as its points say, and what real faces deviate by.
+fn crossing(section: &Section, position: &Position, form_angle: f64) -> Crossing {
+    let tangents = &section.tangents;
+    let (point, by_direction) = position.given(&section.unit);
+    let height = (section.origin - point).dot(&section.unit);
+    let form = form_angle * position.reach;
+    Crossing {
+        section: *section,
+        mean: tangents.transpose() * (point - section.origin),
+        covariance: tangents.transpose() * position.covariance * tangents
+            + Matrix2::identity() * form.powi(2),
+        by_direction: tangents.transpose() * by_direction * tangents + Matrix2::identity() * height,
+    }
+}
