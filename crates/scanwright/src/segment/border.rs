@@ -2,8 +2,8 @@
 //!
 //! Labels of vertices are decided with rough fits and a price for every border; once the surfaces are final, a
 //! triangle at a border belongs to whichever of the surfaces that meet there its centre is nearest to. Across a sharp
-//! edge, as round as the scanner makes it, that is the edge's bisector. Between tangent surfaces distances say nothing,
-//! and labels stay.
+//! edge, as round as the scanner makes it, that is the edge's bisector. Between tangent surfaces one distance says
+//! nothing: labels stay, but for fillets, whose contacts are where the mean distance over a ring changes sides.
 
 use super::RegionId;
 use crate::fit::Fit;
@@ -20,11 +20,13 @@ const ISLAND: usize = 12;
 type Labels = [Option<RegionId>];
 
 /// Labels of triangles with sharp borders. Only triangles at a border change, to a label that meets them there.
+/// `fillets`: regions that are tangent to their neighbours by construction, ascending.
 pub(super) fn sharpened(
     mesh: &Mesh,
     adjacency: &Adjacency,
     labels: &Labels,
     primitives: &[Primitive],
+    fillets: &[u32],
 ) -> Vec<Option<RegionId>> {
     let normals = mesh.triangle_normals();
     let mut sharp: Vec<Option<RegionId>> = par::map_indices(labels.len(), |t| {
@@ -38,10 +40,15 @@ pub(super) fn sharpened(
         around.sort_unstable();
         around.dedup();
         let center = mesh.triangle_center(t);
+        let is_fillet = |k: RegionId| fillets.binary_search(&k.0).is_ok();
         let mut best = current;
         for k in around {
             let (now, next) = (&primitives[best.0 as usize], &primitives[k.0 as usize]);
-            if faces(next, &normals[t], &center) && is_nearer(next, now, &center) {
+            let is_contact = is_fillet(k) || is_fillet(best);
+            if faces(next, &normals[t], &center)
+                && (is_nearer(next, now, &center)
+                    || is_contact && is_nearer_around(next, now, &ring(mesh, adjacency, t)))
+            {
                 best = k;
             }
         }
@@ -57,6 +64,33 @@ fn is_nearer(a: &Primitive, b: &Primitive, point: &Point3) -> bool {
     let (da, na) = a.distance_and_outward_normal(point);
     let (db, nb) = b.distance_and_outward_normal(point);
     na.dot(&nb) < TANGENT.cos() && da.abs() < db.abs()
+}
+
+/// Whether the first surface is nearer to points on the whole than the second, which is tangent to it.
+fn is_nearer_around(a: &Primitive, b: &Primitive, points: &[Point3]) -> bool {
+    let (Some(a), Some(b)) = (fit(a), fit(b)) else { return false };
+    let mut excess = 0.0;
+    for point in points {
+        let (da, na) = a.distance_and_outward_normal(point);
+        let (db, nb) = b.distance_and_outward_normal(point);
+        if na.dot(&nb) < TANGENT.cos() {
+            return false;
+        }
+        excess += da.abs() - db.abs();
+    }
+    excess < 0.0
+}
+
+/// Corners of a triangle and the vertices around them.
+fn ring(mesh: &Mesh, adjacency: &Adjacency, triangle: usize) -> Vec<Point3> {
+    let mut ring: Vec<u32> = mesh.triangles[triangle]
+        .iter()
+        .flat_map(|&v| adjacency.vertex_vertices.row(v as usize))
+        .copied()
+        .collect();
+    ring.sort_unstable();
+    ring.dedup();
+    ring.into_iter().map(|v| mesh.vertices[v as usize]).collect()
 }
 
 /// Whether a surface faces the way that a triangle does: the other side of a thin wall does not.

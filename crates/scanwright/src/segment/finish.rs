@@ -50,7 +50,8 @@ pub(super) fn finish(
         }
     }
     let labels = triangle_labels(mesh, field, &regions, &primitives);
-    let labels = border::sharpened(mesh, adjacency, &labels, &primitives);
+    let fillets: Vec<u32> = fillets.iter().map(|f| f.region).collect();
+    let labels = border::sharpened(mesh, adjacency, &labels, &primitives, &fillets);
     Segmentation { labels, primitives }
 }
 
