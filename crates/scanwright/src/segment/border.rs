@@ -3,7 +3,8 @@
 //! Labels of vertices are decided with rough fits and a price for every border; once the surfaces are final, a
 //! triangle at a border belongs to whichever of the surfaces that meet there its centre is nearest to. Across a sharp
 //! edge, as round as the scanner makes it, that is the edge's bisector. Between tangent surfaces one distance says
-//! nothing: labels stay, but for fillets, whose contacts are where the mean distance over a ring changes sides.
+//! nothing: where a fillet meets its sides, or a cylinder a plane, the mean over a ring does; between other tangent
+//! surfaces the curvatures are too alike, and labels stay.
 
 use super::RegionId;
 use crate::fit::Fit;
@@ -11,6 +12,7 @@ use crate::math::{Point3, Vec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::par;
 use crate::recognize::Primitive;
+use crate::surface::SurfaceKind;
 
 /// Angle between two normals, radians, below which distances do not tell their surfaces apart.
 const TANGENT: f64 = 0.35;
@@ -44,7 +46,7 @@ pub(super) fn sharpened(
         let mut best = current;
         for k in around {
             let (now, next) = (&primitives[best.0 as usize], &primitives[k.0 as usize]);
-            let is_contact = is_fillet(k) || is_fillet(best);
+            let is_contact = is_fillet(k) || is_fillet(best) || are_plane_and_cylinder(now, next);
             if faces(next, &normals[t], &center)
                 && (is_nearer(next, now, &center)
                     || is_contact && is_nearer_around(next, now, &ring(mesh, adjacency, t)))
@@ -79,6 +81,11 @@ fn is_nearer_around(a: &Primitive, b: &Primitive, points: &[Point3]) -> bool {
         excess += da.abs() - db.abs();
     }
     excess < 0.0
+}
+
+fn are_plane_and_cylinder(a: &Primitive, b: &Primitive) -> bool {
+    use SurfaceKind::{Cylinder, Plane};
+    matches!((a.kind(), b.kind()), (Some(Plane), Some(Cylinder)) | (Some(Cylinder), Some(Plane)))
 }
 
 /// Corners of a triangle and the vertices around them.
