@@ -13,9 +13,8 @@ use scanwright::surface::{Surface, SurfaceKind};
 use std::f64::consts::PI;
 
 use crate::parts::{
-    Part, STEP, block, block_with_two_bores, cap, counterbored, dented, pipe, plane, tolerances,
+    Part, STEP, block, block_with_two_bores, cap, counterbored, dented, grooved_pipe, pipe, plane, tolerances,
 };
-use crate::parts::{Part, STEP, block, block_with_two_bores, cap, grooved_pipe, pipe, plane, tolerances};
 
 /// Largest gap that the check allows here: what default tolerances allow.
 const GAP: f64 = 0.05 * STEP;
