@@ -53,6 +53,30 @@ fn round_faces_are_cut_and_keep_their_surfaces() {
 }
 
 #[test]
+fn no_triangle_spans_a_bore() {
+    let (outer, inner) = (14.0, 6.0);
+    // Whether samples of a circle lie on one line of the parameter plane is a matter of rounding: turn it about.
+    for turn in 0..24 {
+        let rotation =
+            nalgebra::Rotation3::from_euler_angles(0.3 * f64::from(turn), 0.7 * f64::from(turn), 0.1);
+        let solid = sound(&pipe(outer, inner, 40.0).moved(&rotation, 1.0, &Vec3::new(3.0, -50.0, 7.0)));
+        let made = tessellate(&solid);
+        for (t, face) in made.faces.iter().enumerate() {
+            let Geometry::Analytic(Surface::Cylinder(c)) = solid.geometry(&solid.faces[face.0 as usize])
+            else {
+                continue;
+            };
+            let depth = -c.signed_distance(&made.mesh.triangle_center(t));
+            assert!(
+                depth < 0.05 * c.radius,
+                "turn {turn}: a triangle lies {depth} inside a wall of {}",
+                c.radius
+            );
+        }
+    }
+}
+
+#[test]
 fn all_five_types_of_surface_and_tangent_pairs_become_faces() {
     let solid = sound(&cap());
     let expected = [

@@ -105,13 +105,24 @@ fn face_triangles(solid: &Solid, face: &Face, along: &[Vec<u32>]) -> (Vec<Point3
     for triangle in cdt.inner_faces() {
         let corners = triangle.vertices();
         let [a, b, c] = corners.map(|v| v.position());
-        if !inside(&polygons, [(a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0]) {
+        let center = [(a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0];
+        if is_flat([a, b, c]) || !inside(&polygons, center) {
             continue;
         }
         let [Some(a), Some(b), Some(c)] = corners.map(|v| nodes[v.fix().index()]) else { continue };
         triangles.push(if face.same_sense { [a, b, c] } else { [a, c, b] });
     }
     (inner, triangles)
+}
+
+/// Whether three corners lie on one line but for rounding: between the samples of an edge that is straight in the
+/// parameter plane and the convex hull. In space such a triangle would span a bore from wall to wall.
+fn is_flat([a, b, c]: [Point2<f64>; 3]) -> bool {
+    const ROUNDING: f64 = 1e-7;
+    let side = |p: Point2<f64>, q: Point2<f64>| (q.x - p.x).powi(2) + (q.y - p.y).powi(2);
+    let longest_sq = side(a, b).max(side(b, c)).max(side(c, a));
+    let twice_area = ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)).abs();
+    twice_area < ROUNDING * longest_sq
 }
 
 /// Grid points inside the polygons, as dense as the surface turns.
