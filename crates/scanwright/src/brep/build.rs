@@ -2,7 +2,7 @@
 
 use super::attempt::{Attempt, Bench, Choice};
 use super::mend::mended;
-use super::step::steps;
+use super::riser::risers;
 use super::{Built, Issue, IssueCode, LabelledMesh};
 use crate::segment::RegionId;
 use crate::tolerance::Tolerances;
@@ -22,7 +22,7 @@ pub fn build(closed: &LabelledMesh, tolerances: &Tolerances) -> Built {
         demoted: vec![false; bench.surfaces.len()],
     };
     let mut start = bench.attempt(choice);
-    let (added, mends) = steps(&bench, &start);
+    let (added, mends) = risers(&bench, &start);
     if mends.is_empty() {
         return built(&bench, mended(&bench, start, &[]));
     }

@@ -19,10 +19,10 @@ mod labels;
 mod meet;
 mod mend;
 mod relabel;
+mod riser;
 mod settle;
 mod solid;
 mod split;
-mod step;
 mod straighten;
 mod tessellate;
 

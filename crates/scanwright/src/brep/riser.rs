@@ -1,8 +1,8 @@
-//! Steps between two surfaces that run beside each other and never meet: the shoulder of a counterbore, the wall round
+//! Risers between two surfaces that run beside each other and never meet: the shoulder of a counterbore, the wall round
 //! a pad, the rim of a sleeve. Where such a face is narrow a segmentation may have no region for it, and its triangles
 //! belong to the two beside it; then their border is an edge that lies on neither.
 //!
-//! A step stands on the border across both surfaces. Of the surfaces that do (of a region that ends there, a plane or
+//! A riser stands on the border across both surfaces. Of the surfaces that do (of a region that ends there, a plane or
 //! cone about their axis, a plane along the border, a cylinder through it) the first is taken that the triangles
 //! between the two lie on. Whether that mends the solid is found by building (`mend`). Cost O(triangles) per attempt.
 
@@ -18,13 +18,13 @@ use crate::surface::{Cone, Cylinder, Plane, Surface};
 
 /// Faces that are missing between two surfaces of an attempt: their primitives, whose labels follow those of the
 /// bench's regions, and the changes of labels that put them there.
-pub(super) fn steps(bench: &Bench, attempt: &Attempt) -> (Vec<Primitive>, Vec<Mend>) {
+pub(super) fn risers(bench: &Bench, attempt: &Attempt) -> (Vec<Primitive>, Vec<Mend>) {
     let (mut primitives, mut mends) = (Vec::new(), Vec::new());
     for border in borders_apart(bench, attempt) {
         let next = (bench.closed.primitives.len() + primitives.len()) as u32;
-        let Some(step) = border.step(bench, attempt, next) else { continue };
-        primitives.extend(step.primitive);
-        mends.push(step.mend);
+        let Some(riser) = border.riser(bench, attempt, next) else { continue };
+        primitives.extend(riser.primitive);
+        mends.push(riser.mend);
     }
     (primitives, mends)
 }
@@ -40,7 +40,7 @@ struct Border {
     width: f64,
 }
 
-struct Step {
+struct Riser {
     /// `None` when a region has its surface.
     primitive: Option<Primitive>,
     mend: Mend,
@@ -105,7 +105,7 @@ fn connected(attempt: &Attempt, chains: &[(usize, f64)]) -> Vec<Vec<(usize, f64)
 
 impl Border {
     /// What is missing here; `next` is the label of a new region.
-    fn step(&self, bench: &Bench, attempt: &Attempt, next: u32) -> Option<Step> {
+    fn riser(&self, bench: &Bench, attempt: &Attempt, next: u32) -> Option<Riser> {
         let mesh = &bench.closed.mesh;
         let triangles = self.beside(bench, &attempt.choice.labels);
         let centers: Vec<Point3> = triangles.iter().map(|t| mesh.triangle_center(*t as usize)).collect();
@@ -119,7 +119,7 @@ impl Border {
         let labels: Vec<u32> = centers.iter().map(label).collect();
         let own = triangles.iter().zip(&labels).filter(|(_, l)| **l == next).map(|(t, _)| *t as usize);
         let primitive = known.is_none().then(|| primitive(mesh, &surface, &own.collect::<Vec<_>>()));
-        Some(Step { primitive, mend: Mend::Relabel { triangles, labels } })
+        Some(Riser { primitive, mend: Mend::Relabel { triangles, labels } })
     }
 
     /// The surface of the step, with the region that has it if one does.
