@@ -1,4 +1,5 @@
-"""Prints the summary of a benchmark run for docs/benchmark.md: recall by width, parameter errors, surfaces in the STEP.
+"""Prints the summary of a benchmark run for docs/benchmark.md: means and gates, recall by width, parameter errors, surfaces
+in the STEP, facets.
 
     python scripts/summary.py BENCH OUT
 
@@ -12,6 +13,18 @@ import sys
 import cases
 
 WIDTHS = (3, 4, 5, 7, 10, float("inf"))
+# What is asked of the means per grade: name, key in bench.json, gates for clean, scan and rough.
+GATES = (
+    ("segIoU", "seg_iou", (0.94, 0.90, 0.80)),
+    ("recall", "recall", (0.94, 0.90, 0.80)),
+    ("precision", "precision", (0.94, 0.90, 0.80)),
+    ("type", "type_accuracy", (0.98, 0.96, 0.90)),
+    ("STEP valid", "step_valid", (1.0, 1.0, 0.97)),
+    ("solid", "step_solid", (0.95, 0.90, 0.75)),
+    ("usable", "usable", (0.85, 0.75, 0.50)),
+)
+# Medians over the cases' medians: name, key, format.
+MEDIANS = (("axis, degrees", "axis_deg_median", ".3f"), ("position / diagonal", "position_median", ".1e"))
 NEAR = 0.1  # how far the number of surfaces may be from the true one
 
 
@@ -26,6 +39,34 @@ def percentile(values, share):
 
 def cell(values, form):
     return " / ".join(format(v, form) for v in (statistics.median(values), percentile(values, 0.95)))
+
+
+def print_means(rows):
+    """Only closable cases have `usable`."""
+    print("Means per grade (gate), met where bold; of parameters the medians over the cases' medians:\n")
+    print("| |", " | ".join(cases.GRADES), "|")
+    print("|---" * (1 + len(cases.GRADES)) + "|")
+    of_grade = lambda grade, key: [r[key] for r in rows if r["case"].endswith(grade) and key in r]
+    for name, key, gates in GATES:
+        means = [statistics.mean(of_grade(grade, key)) for grade in cases.GRADES]
+        marks = ["**" if mean >= gate else "" for mean, gate in zip(means, gates)]
+        cells = [f"{mark}{mean:.3f}{mark} ({gate:.2f})" for mean, gate, mark in zip(means, gates, marks)]
+        print(f"| {name} |", " | ".join(cells), "|")
+    for name, key, form in MEDIANS:
+        print(f"| {name} |", " | ".join(format(statistics.median(of_grade(g, key)), form) for g in cases.GRADES), "|")
+
+
+def print_facets(bench, out):
+    """The text of a W_FACETS begins with their number."""
+    found = {}
+    for folder in cases.case_folders(bench):
+        part = out / folder.name / "part.json"
+        warnings = json.loads(part.read_text())["warnings"] if part.exists() else []
+        n = sum(int(w["text"].split()[0]) for w in warnings if w["code"] == "W_FACETS")
+        if n:
+            found[folder.name] = n
+    listed = ", ".join(f"{name} {n}" for name, n in sorted(found.items(), key=lambda item: -item[1]))
+    print(f"\nParts with facets (flat faces, one per triangle of the scan), and how many: {listed or 'none'}.")
 
 
 def recall_by_width(bench, out):
@@ -85,10 +126,13 @@ def print_surfaces(rows):
 def main():
     bench, out = cases.folders(sys.argv[1:], 2)
     cases.use_bench(bench)
-    print_widths(recall_by_width(bench, out))
     rows = json.loads((out / "bench.json").read_text())["rows"]
+    print_means(rows)
+    print()
+    print_widths(recall_by_width(bench, out))
     print_parameters(rows)
     print_surfaces(rows)
+    print_facets(bench, out)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 //! circle or an ellipse when they are one within a tolerance, else interpolated by a cubic B-spline. The recognition is
 //! exact where the surfaces are (two planes, coaxial surfaces of revolution) and harmless where they are not.
 
-use crate::math::{Frame, Point3, UnitVec3, Vec3, centroid, principal_axes, try_unit};
+use crate::math::{Frame, Point3, UnitVec3, Vec3, centroid, nearest_circle, principal_axes, try_unit};
 use crate::surface::bspline::SplineCurve;
 
 /// A curve. Its parameter increases along the edge that carries it.
@@ -137,21 +137,15 @@ fn line(samples: &[Point3], tolerance: f64) -> Option<Curve> {
 /// The least-squares circle in the best plane, when all samples are within `tolerance` of it.
 fn circle(samples: &[Point3], tolerance: f64) -> Option<Curve> {
     let frame = oriented_plane(samples, tolerance)?;
-    let (mut ata, mut atb) = (nalgebra::Matrix3::zeros(), Vec3::zeros());
-    for sample in samples {
-        let local = frame.local(sample);
-        let row = Vec3::new(2.0 * local.x, 2.0 * local.y, 1.0);
-        ata += row * row.transpose();
-        atb += row * (local.x * local.x + local.y * local.y);
-    }
-    let solution = ata.try_inverse()? * atb;
-    let center = frame.global(&Vec3::new(solution.x, solution.y, 0.0));
-    let radius = (solution.z + solution.x * solution.x + solution.y * solution.y).sqrt();
-    let x = try_unit(frame.local(&samples[0]).xy().push(0.0) - Vec3::new(solution.x, solution.y, 0.0))?;
+    let flat = samples.iter().map(|sample| frame.local(sample)).map(|p| (1.0, p.x, p.y));
+    let ([x, y], radius) = nearest_circle(flat)?;
+    let middle = Vec3::new(x, y, 0.0);
+    let center = frame.global(&middle);
+    let x = try_unit(frame.local(&samples[0]).xy().push(0.0) - middle)?;
     let x = UnitVec3::new_normalize(frame.x.into_inner() * x.x + frame.y.into_inner() * x.y);
     let frame = Frame { origin: center, x, y: UnitVec3::new_normalize(frame.z.cross(&x)), z: frame.z };
     let curve = Curve::Circle { frame, radius };
-    let close = radius.is_finite() && samples.iter().all(|p| curve.distance_to_end(p) <= tolerance);
+    let close = samples.iter().all(|p| curve.distance_to_end(p) <= tolerance);
     (close && runs_forward(&frame, 1.0, 1.0, samples)).then_some(curve)
 }
 

@@ -200,8 +200,10 @@ impl Grid {
                 of_chart.push((self.row(&uv), domain.point(uv).coords, 1.0));
             }
         }
-        // Hardly smoothed: it only starts the fit, and the chart is smooth itself.
-        let start = self.solve(&of_chart, 1e-9)?;
+        /// Weight of smoothness that keeps the system regular and no more: this only starts the fit, and the chart is
+        /// smooth itself.
+        const HARDLY: f64 = 1e-9;
+        let start = self.solve(&of_chart, HARDLY)?;
         let moved = |(uv, p): &(Uv, Point3), weight: f64| {
             let row = self.row(uv);
             (row, p.coords - Self::point(&start, &row), weight)

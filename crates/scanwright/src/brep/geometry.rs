@@ -304,8 +304,9 @@ fn drop_reversals(points: &[Point3], spacing: f64) -> Vec<Point3> {
     /// Cosine of the turn that counts as running back: a path sampled at a fifth of its turn stays far from it.
     const BACK: f64 = -0.2;
     let mut kept: Vec<Point3> = points.to_vec();
-    // Shorter steps have no direction of their own.
-    let min_step = spacing * 1e-3;
+    /// In spacings: shorter steps have no direction of their own.
+    const NO_STEP: f64 = 1e-3;
+    let min_step = NO_STEP * spacing;
     loop {
         let n = kept.len();
         let bad = (1..n.saturating_sub(1)).find(|&i| {

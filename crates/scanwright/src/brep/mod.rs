@@ -58,7 +58,7 @@ pub struct Built {
     pub solids: Vec<Solid>,
     /// What is not as it was asked for.
     pub issues: Vec<Issue>,
-    /// One per region: those given, then those of steps that were looked for between them.
+    /// One per region: those given, then those of risers that were looked for between them.
     pub primitives: Vec<Primitive>,
 }
 

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::attempt::{Attempt, Bench};
 use super::halfedge::HalfEdges;
 use super::mend::Mend;
-use crate::math::{Axis, Point3, UnitVec3, Vec3, centroid, principal_axes, try_unit};
+use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, centroid, nearest_circle, principal_axes, try_unit};
 use crate::mesh::{Mesh, VertId};
 use crate::recognize::{Primitive, Residual};
 use crate::surface::{Cone, Cylinder, Plane, Surface};
@@ -122,12 +122,12 @@ impl Border {
         Some(Riser { primitive, mend: Mend::Relabel { triangles, labels } })
     }
 
-    /// The surface of the step, with the region that has it if one does.
+    /// The surface of the riser, with the region that has it if one does.
     fn surface(&self, bench: &Bench, centers: &[Point3]) -> Option<(Option<u32>, Surface)> {
-        /// Fewest triangles between two surfaces that show a step.
+        /// Fewest triangles between two surfaces that show a riser.
         const FEWEST: usize = 8;
-        /// In spacings: root mean square distance of these triangles from a step that is taken at once, and from one
-        /// that is taken at all; both ends of a step are rounded.
+        /// In spacings: root mean square distance of these triangles from a riser that is taken at once, and from one
+        /// that is taken at all; both ends of a riser are rounded.
         const GOOD: f64 = 0.35;
         const FAIR: f64 = 0.7;
         let between: Vec<Point3> = centers.iter().filter(|p| self.is_between(p)).copied().collect();
@@ -146,9 +146,9 @@ impl Border {
         good.or_else(|| fair.iter().min_by(|a, b| a.0.total_cmp(&b.0))).map(|(_, c)| *c)
     }
 
-    /// Triangles of the two regions as near to the border as the step is wide.
+    /// Triangles of the two regions as near to the border as the riser is wide.
     fn beside(&self, bench: &Bench, labels: &[u32]) -> Vec<u32> {
-        /// In spacings: how far the border of a segmentation may lie beside the step.
+        /// In spacings: how far the border of a segmentation may lie beside the riser.
         const WANDER: f64 = 3.0;
         let mesh = &bench.closed.mesh;
         let reach = self.width + WANDER * bench.tolerances.spacing();
@@ -216,7 +216,7 @@ fn primitive(mesh: &Mesh, surface: &Surface, triangles: &[usize]) -> Primitive {
 
 /// The plane across an axis through points beside each other, or the cone where their distance from the axis changes.
 fn about_axis(axis: &Axis, points: &[Point3]) -> Surface {
-    /// Slope against the plane, 30 degrees, beyond which a step is a cone.
+    /// Slope against the plane, 30 degrees, beyond which a riser is a cone.
     const STEEP: f64 = 0.577;
     let polar: Vec<(f64, f64)> = points.iter().map(|p| (axis.radial(p).norm(), axis.height(p))).collect();
     let n = points.len() as f64;
@@ -236,17 +236,9 @@ fn about_axis(axis: &Axis, points: &[Point3]) -> Surface {
 
 /// The cylinder with this direction through points, by the circle that is nearest to them in the algebraic sense.
 fn through(direction: &UnitVec3, points: &[Point3]) -> Option<Surface> {
-    let frame = crate::math::Frame::from_z(centroid(points), *direction);
-    let (mut matrix, mut right) = (nalgebra::Matrix3::zeros(), Vec3::zeros());
-    for p in points {
-        let local = frame.local(p);
-        let row = Vec3::new(2.0 * local.x, 2.0 * local.y, 1.0);
-        matrix += row * row.transpose();
-        right += row * (local.x * local.x + local.y * local.y);
-    }
-    let found = matrix.try_inverse()? * right;
-    let radius = (found.z + found.x * found.x + found.y * found.y).sqrt();
-    let origin = frame.global(&Vec3::new(found.x, found.y, 0.0));
-    let axis = Axis { origin, direction: *direction };
-    (radius.is_finite() && radius > 0.0).then_some(Surface::Cylinder(Cylinder { axis, radius }))
+    let frame = Frame::from_z(centroid(points), *direction);
+    let flat = points.iter().map(|p| frame.local(p)).map(|p| (1.0, p.x, p.y));
+    let ([x, y], radius) = nearest_circle(flat)?;
+    let axis = Axis { origin: frame.global(&Vec3::new(x, y, 0.0)), direction: *direction };
+    Some(Surface::Cylinder(Cylinder { axis, radius }))
 }

@@ -13,7 +13,7 @@
 //! it takes a flange for a table when only its upper side was scanned, with all else on that side.
 
 use crate::math::{Point3, UnitVec3, Vec3, centroid, principal_axes, stats};
-use crate::mesh::{Adjacency, Mesh, VertId, boundary_loops};
+use crate::mesh::{Adjacency, Mesh, VertId, boundary_loops, connected};
 use crate::par;
 use crate::surface::Plane;
 use crate::tolerance::Tolerances;
@@ -264,30 +264,16 @@ fn without_islands(
     narrow: (f64, f64),
     mut on_table: Vec<bool>,
 ) -> Vec<bool> {
-    let mut visited = vec![false; on_table.len()];
-    for start in 0..on_table.len() {
-        if visited[start] {
-            continue;
-        }
-        let kind = on_table[start];
-        visited[start] = true;
-        let mut island = vec![start];
-        let (mut next, mut sum, mut highest) = (0, 0.0, f64::MIN);
-        while next < island.len() {
-            let t = island[next];
-            next += 1;
-            let corners = mesh.triangles[t].map(|v| heights[v as usize]);
+    let across = |t: u32| adjacency.across[t as usize].into_iter().flatten();
+    for (kind, island) in connected(on_table.len(), |t| Some(on_table[t as usize]), across) {
+        let (mut sum, mut highest) = (0.0, f64::MIN);
+        for &t in &island {
+            let corners = mesh.triangles[t as usize].map(|v| heights[v as usize]);
             sum += corners.iter().sum::<f64>() / 3.0;
             highest = corners.iter().fold(highest, |m, h| m.max(*h));
-            for u in adjacency.across[t].into_iter().flatten().map(|u| u as usize) {
-                if !visited[u] && on_table[u] == kind {
-                    visited[u] = true;
-                    island.push(u);
-                }
-            }
         }
         let wrong = if kind {
-            let area: f64 = island.iter().map(|t| mesh.area(*t)).sum();
+            let area: f64 = island.iter().map(|t| mesh.area(*t as usize)).sum();
             let lift = if area < narrow.0 { narrow.1 } else { 0.0 };
             sum / island.len() as f64 > MAX_MEAN_SHARE * noise + lift
         } else {
@@ -295,7 +281,7 @@ fn without_islands(
         };
         if wrong {
             for t in island {
-                on_table[t] = !kind;
+                on_table[t as usize] = !kind;
             }
         }
     }

@@ -3,10 +3,12 @@
 //! Everything is `f64`; nalgebra's generics stay behind these aliases.
 
 pub mod blur;
+mod circle;
 mod frame;
 pub mod least_squares;
 pub mod stats;
 
+pub use circle::nearest_circle;
 pub use frame::{Axis, Frame, any_perpendicular};
 
 use nalgebra::SymmetricEigen;

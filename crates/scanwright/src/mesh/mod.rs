@@ -2,10 +2,12 @@
 
 mod adjacency;
 mod boundary;
+mod connected;
 mod winding;
 
 pub use adjacency::{Adjacency, Csr};
 pub use boundary::boundary_loops;
+pub use connected::connected;
 pub use winding::winding_number;
 
 use crate::math::{Point3, Vec3};

@@ -145,7 +145,7 @@ fn is_apart(a: &Fit, b: &Fit, samples: &Samples, limits: &Limits) -> bool {
 }
 
 /// Whether a torus with this ratio of radii is a shape of its own and not nearly a sphere.
-fn is_ring_or_lemon(ratio: f64) -> bool {
+pub fn is_ring_or_lemon(ratio: f64) -> bool {
     const NEARLY_SPHERE: f64 = 0.1;
     ratio.abs() > NEARLY_SPHERE
 }

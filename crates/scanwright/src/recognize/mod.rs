@@ -2,8 +2,11 @@
 
 mod choose;
 
-pub use choose::{COST_CAP, Choice, Limits, TYPE_ORDER, choose, fit_kind, is_better, mean_cost};
+pub use choose::{
+    COST_CAP, Choice, Limits, TYPE_ORDER, choose, fit_kind, is_better, is_ring_or_lemon, mean_cost,
+};
 
+use crate::fit::Fit;
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};
 
@@ -49,6 +52,11 @@ pub struct Primitive {
 }
 
 impl Primitive {
+    /// Its surface with its side, `None` for freeform.
+    pub fn fit(&self) -> Option<Fit> {
+        self.surface.map(|surface| Fit { surface, outward: self.outward })
+    }
+
     /// The type of the surface, `None` for freeform.
     pub fn kind(&self) -> Option<SurfaceKind> {
         self.surface.as_ref().map(Surface::kind)

@@ -1,9 +1,11 @@
-//! Relations between primitives: directions that the scan cannot tell from parallel or perpendicular are made so.
+//! Relations between primitives: directions that the scan cannot tell from parallel or perpendicular are made so, and
+//! axes that it cannot tell from coaxial.
 //!
 //! A narrow face shows its direction badly and a large one well; where both mean the same direction, the narrow one
-//! takes it from the large. `evidence` says how well each primitive's own points show its direction, `directions`
-//! gathers parallel ones, `relations` finds perpendicular gatherings and adjusts all of them together, `enforce`
-//! turns each primitive and lets its other parameters follow.
+//! takes it from the large. `evidence` says how well each primitive's own points show its direction and position,
+//! `directions` gathers parallel ones, `lines` those of their axes and of centres that lie on one line, both by `gather`;
+//! `relations` finds perpendicular gatherings and adjusts all of them together, `enforce` turns and moves each primitive
+//! and lets its other parameters follow.
 //!
 //! A relation is accepted when the scan does not contradict it and when it would rarely be met by accident. The steps
 //! are those of F. Langbein, A. Marshall, R. Martin, "Choosing consistent constraints for beautification of reverse
@@ -34,10 +36,10 @@ const MAX_SIGMAS: f64 = 2.5;
 /// Largest probability that an accepted relation is an accident.
 const MAX_ACCIDENT: f64 = 0.05;
 
-/// The segmentation with parallel and perpendicular directions made exactly so.
+/// The segmentation with parallel and perpendicular directions and coaxial axes made exactly so.
 ///
-/// Labels stay. A primitive that takes part in a relation is turned by less than its uncertainty allows, its other
-/// parameters follow, and its covariance is that of the related directions together; all others stay as they are.
+/// Labels stay. A primitive that takes part in a relation is turned and moved by less than its uncertainty allows, its
+/// other parameters follow, and its covariance is that of the related directions together; all others stay as they are.
 /// `mesh` and `adjacency` are those of the segmentation.
 #[must_use]
 pub fn regularize(

@@ -7,9 +7,8 @@
 //! surfaces the curvatures are too alike, and labels stay.
 
 use super::RegionId;
-use crate::fit::Fit;
 use crate::math::{Point3, Vec3};
-use crate::mesh::{Adjacency, Mesh, TriId};
+use crate::mesh::{Adjacency, Mesh, connected};
 use crate::par;
 use crate::recognize::Primitive;
 use crate::surface::SurfaceKind;
@@ -62,7 +61,7 @@ pub(super) fn sharpened(
 
 /// Whether the first surface is nearer to a point than the second, and not tangent to it.
 fn is_nearer(a: &Primitive, b: &Primitive, point: &Point3) -> bool {
-    let (Some(a), Some(b)) = (fit(a), fit(b)) else { return false };
+    let (Some(a), Some(b)) = (a.fit(), b.fit()) else { return false };
     let (da, na) = a.distance_and_outward_normal(point);
     let (db, nb) = b.distance_and_outward_normal(point);
     na.dot(&nb) < TANGENT.cos() && da.abs() < db.abs()
@@ -70,7 +69,7 @@ fn is_nearer(a: &Primitive, b: &Primitive, point: &Point3) -> bool {
 
 /// Whether the first surface is nearer to points on the whole than the second, which is tangent to it.
 fn is_nearer_around(a: &Primitive, b: &Primitive, points: &[Point3]) -> bool {
-    let (Some(a), Some(b)) = (fit(a), fit(b)) else { return false };
+    let (Some(a), Some(b)) = (a.fit(), b.fit()) else { return false };
     let mut excess = 0.0;
     for point in points {
         let (da, na) = a.distance_and_outward_normal(point);
@@ -102,16 +101,13 @@ fn ring(mesh: &Mesh, adjacency: &Adjacency, triangle: usize) -> Vec<Point3> {
 
 /// Whether a surface faces the way that a triangle does: the other side of a thin wall does not.
 fn faces(primitive: &Primitive, normal: &Vec3, point: &Point3) -> bool {
-    fit(primitive).is_some_and(|fit| fit.distance_and_outward_normal(point).1.dot(normal) > 0.0)
-}
-
-fn fit(primitive: &Primitive) -> Option<Fit> {
-    primitive.surface.map(|surface| Fit { surface, outward: primitive.outward })
+    primitive.fit().is_some_and(|fit| fit.distance_and_outward_normal(point).1.dot(normal) > 0.0)
 }
 
 /// Gives small pieces of regions to the neighbour they share most edges with; whether any changed.
 fn give_away_islands(adjacency: &Adjacency, labels: &mut Labels) -> bool {
-    let pieces = pieces(adjacency, labels);
+    let across = |t: u32| adjacency.across[t as usize].into_iter().flatten();
+    let pieces = connected(labels.len(), |t| labels[t as usize], across);
     let mut largest: Vec<usize> = Vec::new();
     for (label, piece) in &pieces {
         let at = label.0 as usize;
@@ -142,30 +138,4 @@ fn give_away_islands(adjacency: &Adjacency, labels: &mut Labels) -> bool {
         }
     }
     is_changed
-}
-
-/// Triangles of each piece of one label, connected across edges.
-fn pieces(adjacency: &Adjacency, labels: &Labels) -> Vec<(RegionId, Vec<TriId>)> {
-    let mut seen = vec![false; labels.len()];
-    let mut found = Vec::new();
-    for start in 0..labels.len() {
-        let Some(label) = labels[start] else { continue };
-        if seen[start] {
-            continue;
-        }
-        seen[start] = true;
-        let mut piece = vec![start as TriId];
-        let mut next = 0;
-        while next < piece.len() {
-            for u in adjacency.across[piece[next] as usize].into_iter().flatten() {
-                if !seen[u as usize] && labels[u as usize] == Some(label) {
-                    seen[u as usize] = true;
-                    piece.push(u);
-                }
-            }
-            next += 1;
-        }
-        found.push((label, piece));
-    }
-    found
 }

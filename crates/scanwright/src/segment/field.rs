@@ -1,6 +1,6 @@
 use crate::fit::{Fit, Samples, Weights};
 use crate::math::{Point3, Vec3, stats};
-use crate::mesh::{Adjacency, Csr, Mesh};
+use crate::mesh::{Adjacency, Csr, Mesh, connected};
 use crate::recognize::Limits;
 use crate::surface::{Plane, Surface};
 use crate::tolerance::Tolerances;
@@ -260,6 +260,11 @@ impl<'a> Field<'a> {
         }
         patch.truncate(n);
         patch
+    }
+
+    /// Connected sets of vertices that share a key, each with its key; those without a key are in none.
+    pub fn connected<K: PartialEq>(&self, key: impl Fn(u32) -> Option<K>) -> Vec<(K, Vec<u32>)> {
+        connected(self.n_vertices(), key, |v| self.rings.row(v as usize).iter().copied())
     }
 
     /// `region` and all vertices within `rings` rings of it.

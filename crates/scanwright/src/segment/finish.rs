@@ -125,23 +125,8 @@ impl Regions {
 
     /// Connected sets that nothing explains become regions of their own.
     fn add_freeform(&mut self, field: &Field) {
-        let mut seen = vec![false; field.n_vertices()];
-        for start in 0..field.n_vertices() {
-            if seen[start] || self.of_vertex[start].is_some() {
-                continue;
-            }
-            seen[start] = true;
-            let mut members = vec![start as u32];
-            let mut next = 0;
-            while next < members.len() {
-                for &u in field.rings.row(members[next] as usize) {
-                    if !seen[u as usize] && self.of_vertex[u as usize].is_none() {
-                        seen[u as usize] = true;
-                        members.push(u);
-                    }
-                }
-                next += 1;
-            }
+        let leftovers = field.connected(|v| self.of_vertex[v as usize].is_none().then_some(()));
+        for ((), members) in leftovers {
             let touches_none = members
                 .iter()
                 .all(|&v| field.rings.row(v as usize).iter().all(|&u| self.of_vertex[u as usize].is_none()));

@@ -30,29 +30,7 @@ impl Labels {
 
     /// Vertices of each connected set of one label, and its label.
     pub(super) fn components(&self, field: &Field) -> Vec<(u32, Vec<u32>)> {
-        let mut seen = vec![false; self.of_vertex.len()];
-        let mut found = Vec::new();
-        for start in 0..self.of_vertex.len() {
-            let Some(label) = self.of_vertex[start] else { continue };
-            if seen[start] {
-                continue;
-            }
-            seen[start] = true;
-            let mut members = vec![start as u32];
-            let mut next = 0;
-            while next < members.len() {
-                let v = members[next];
-                next += 1;
-                for &u in field.rings.row(v as usize) {
-                    if !seen[u as usize] && self.of_vertex[u as usize] == Some(label) {
-                        seen[u as usize] = true;
-                        members.push(u);
-                    }
-                }
-            }
-            found.push((label, members));
-        }
-        found
+        field.connected(|v| self.of_vertex[v as usize])
     }
 }
 

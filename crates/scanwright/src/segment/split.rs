@@ -12,7 +12,7 @@ use super::edge;
 use super::field::{Field, Hypothesis, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR, settle_as};
 use crate::fit::Fit;
-use crate::math::Frame;
+use crate::math::{Frame, nearest_circle};
 use crate::recognize::{COST_CAP, fit_kind};
 use crate::surface::{Surface, SurfaceKind};
 
@@ -205,18 +205,10 @@ impl Profile {
         sum
     }
 
-    /// The same for the best circular arc (I. Kasa, "A circle fitting procedure and its error analysis", 1976).
+    /// The same for the nearest circular arc.
     fn cost_of_arc(&self, sigma: f64) -> f64 {
-        let (mut ata, mut atb) = (crate::math::Mat3::zeros(), crate::math::Vec3::zeros());
         let cells: Vec<(f64, f64, f64)> = (0..self.members.len()).filter_map(|c| self.mean(c)).collect();
-        for &(weight, r, z) in &cells {
-            let row = crate::math::Vec3::new(r, z, 1.0);
-            ata += row * row.transpose() * weight;
-            atb += row * (weight * (r * r + z * z));
-        }
-        let Some(solved) = ata.try_inverse().map(|inverse| inverse * atb) else { return f64::MAX };
-        let (r0, z0) = (0.5 * solved.x, 0.5 * solved.y);
-        let radius = (solved.z + r0 * r0 + z0 * z0).max(0.0).sqrt();
+        let Some(([r0, z0], radius)) = nearest_circle(cells.iter().copied()) else { return f64::MAX };
         let deviations =
             cells.iter().map(|&(w, r, z)| w * (((r - r0).hypot(z - z0) - radius) / sigma).powi(2));
         deviations.sum::<f64>() + PRICE_PER_FREEDOM * 3.0

@@ -132,7 +132,7 @@ impl<'p> Edge<'p> {
         let (mut misfit, mut sum_sq, mut n) = (0.0, 0.0, 0.0);
         for (sum, count) in bins.into_iter().filter(|b| b.1 > 0.0) {
             let mean_sq = (sum / count).powi(2);
-            misfit += mean_sq * (BIN * count / ROWS_PER_SAMPLE).max(1.0_f64.min(count));
+            misfit += mean_sq * (BIN * count / ROWS_PER_SAMPLE).max(1.0);
             sum_sq += mean_sq * count;
             n += count;
         }

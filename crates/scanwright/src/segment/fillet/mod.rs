@@ -20,8 +20,9 @@ use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::primitive;
 use crate::fit::{Fit, refine};
 use crate::math::Point3;
+use crate::mesh::connected;
 use crate::par;
-use crate::recognize::Primitive;
+use crate::recognize::{COST_CAP, Primitive};
 
 /// A fillet that was put in.
 #[derive(Debug, Clone, Copy)]
@@ -42,21 +43,16 @@ impl Fillet {
         primitives: &[Primitive],
         members: &[Vec<u32>],
     ) -> Option<Primitive> {
-        let side = |k: u32| {
-            let primitive = &primitives[k as usize];
-            primitive.surface.map(|surface| Fit { surface, outward: primitive.outward })
-        };
-        let [a, b] = self.sides.map(side);
+        let [a, b] = self.sides.map(|k| primitives[k as usize].fit());
         let (a, b) = (a?, b?);
         let mine = &members[self.region as usize];
         let places = places(field, &a, &b, self.convex, mine)?;
-        let middle = middle(field, mine, &places);
-        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing, &middle)?;
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
         let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner
         else {
             return None;
         };
-        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle)?;
+        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle(field, mine, &places))?;
         Some(primitive::given(field, &fit, mine))
     }
 }
@@ -68,8 +64,8 @@ const STRIP_RINGS: usize = 7;
 /// Share of a strip's vertices that are within those rings, and of its border that each side has.
 const STRIP_SHARE: f64 = 0.95;
 const SIDE_SHARE: f64 = 0.2;
-/// Border vertices of the shortest edge.
-const MIN_EDGE: usize = 10;
+/// Vertices of the shortest edge, those of both sides: ten on each.
+const MIN_EDGE: usize = 20;
 /// Fewer vertices are no face.
 const MIN_FILLET: usize = 20;
 /// Angles between faces, radians, at which a fillet is told from its sides, and at which the section is one.
@@ -146,6 +142,20 @@ struct Candidate {
     core: Vec<u32>,
 }
 
+impl Candidate {
+    /// Vertices of the strip and its sides that may lie on the fillet or show where it ends.
+    fn band(&self, field: &Field, regions: &Regions) -> Vec<u32> {
+        /// Rings beside a strip, and beside an edge that the fillet itself lies across; the spot's reach is added.
+        const BESIDE_STRIP: usize = 3;
+        const BESIDE_EDGE: usize = 5;
+        let is_part = |k: u32| Some(k) == self.strip || self.sides.contains(&k);
+        let spot = (2.0 * field.blur / field.spacing).ceil() as usize;
+        let reach = spot + if self.strip.is_some() { BESIDE_STRIP } else { BESIDE_EDGE };
+        let around = field.dilated(&self.core, reach, &mut Scratch::new(field.n_vertices()));
+        around.into_iter().filter(|&v| regions.of_vertex[v as usize].is_some_and(is_part)).collect()
+    }
+}
+
 fn candidates(field: &Field, regions: &Regions) -> Vec<Candidate> {
     let members = regions.members();
     let mut found: Vec<Candidate> =
@@ -199,27 +209,19 @@ fn edges(field: &Field, regions: &Regions) -> Vec<Candidate> {
     }
     on_edge.sort_unstable();
     on_edge.dedup();
-    let mut found = Vec::new();
-    for run in on_edge.chunk_by(|x, y| x.0 == y.0) {
-        let mut left: Vec<u32> = run.iter().map(|e| e.1).collect();
-        while let Some(start) = left.pop() {
-            let mut core = vec![start];
-            let mut next = 0;
-            while next < core.len() {
-                for &u in field.rings.row(core[next] as usize) {
-                    if let Ok(at) = left.binary_search(&u) {
-                        left.remove(at);
-                        core.push(u);
-                    }
-                }
-                next += 1;
-            }
-            if core.len() >= 2 * MIN_EDGE {
-                found.push(Candidate { strip: None, sides: run[0].0, core });
-            }
-        }
-    }
-    found
+    let beside = |i: u32| {
+        let (sides, v) = on_edge[i as usize];
+        let place = |u: &u32| on_edge.binary_search(&(sides, *u)).ok();
+        field.rings.row(v as usize).iter().filter_map(place).map(|i| i as u32).collect::<Vec<_>>()
+    };
+    connected(on_edge.len(), |i| Some(on_edge[i as usize].0), beside)
+        .into_iter()
+        .filter(|(_, edge)| edge.len() >= MIN_EDGE)
+        .map(|(sides, edge)| {
+            let core = edge.into_iter().map(|i| on_edge[i as usize].1).collect();
+            Candidate { strip: None, sides, core }
+        })
+        .collect()
 }
 
 /// A fillet with the vertices that it and its sides take.
@@ -239,41 +241,12 @@ impl Found {
     fn of(field: &Field, regions: &Regions, candidate: &Candidate) -> Option<Self> {
         let [a, b] = candidate.sides.map(|k| regions.fits[k as usize]);
         let (a, b) = (a?, b?);
-        let near = &field.points[candidate.core[0] as usize];
-        Sweep::of(&a.surface, &b.surface, field.spacing, near)?;
-        let is_part = |k: u32| Some(k) == candidate.strip || candidate.sides.contains(&k);
-        let mut scratch = Scratch::new(field.n_vertices());
-        let reach = (2.0 * field.blur / field.spacing).ceil() as usize
-            + if candidate.strip.is_some() { 3 } else { 5 };
-        let around = field.dilated(&candidate.core, reach, &mut scratch);
-        let band: Vec<u32> =
-            around.into_iter().filter(|&v| regions.of_vertex[v as usize].is_some_and(is_part)).collect();
+        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
+        let band = candidate.band(field, regions);
         let convex = is_convex(field, &a, &b, &candidate.core);
         let places = places(field, &a, &b, convex, &band)?;
-        let edge = Edge::new(field, &places);
-        let fillet = edge.fillet(field.limits.min_radius);
-        if fillet.systematic > MAX_SYSTEMATIC {
-            return None;
-        }
-        let over_sharp = edge.sharp().misfit - fillet.misfit;
-        if over_sharp < BETTER_THAN_SHARP {
-            return None;
-        }
-        let Corner::Fillet { radius } = fillet.corner else { return None };
-        let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
-        let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
-        let over_chamfer = edge.chamfer().misfit - fillet.misfit;
-        let least = match (is_shown, convex) {
-            (false, _) => WORSE_THAN_CHAMFER,
-            (true, false) => -WORSE_THAN_CHAMFER,
-            (true, true) => 0.0,
-        };
-        if over_chamfer < least {
-            return None;
-        }
-        let middle = middle(field, &band, &places);
-        let sweep = Sweep::of(&a.surface, &b.surface, field.spacing, &middle)?;
-        let fit = sweep.fillet(&a, &b, radius, convex, &middle)?;
+        let (radius, gain) = chosen(field, candidate, &places, convex)?;
+        let fit = sweep.fillet(&a, &b, radius, convex, &middle(field, &band, &places))?;
         let (mut between, mut beyond) = (Vec::new(), [Vec::new(), Vec::new()]);
         for (&v, place) in band.iter().zip(&places) {
             match place.past_contacts(radius) {
@@ -282,11 +255,14 @@ impl Found {
                 _ => beyond[1].push(v),
             }
         }
-        if between.len() < MIN_FILLET || !explains(field, &fit, &between) {
-            return None;
-        }
-        let gain = over_sharp.min(over_chamfer);
-        Some(Self { candidate: candidate.clone(), fit, convex, gain, between, beyond })
+        (between.len() >= MIN_FILLET && explains(field, &fit, &between)).then(|| Self {
+            candidate: candidate.clone(),
+            fit,
+            convex,
+            gain,
+            between,
+            beyond,
+        })
     }
 
     /// Labels the vertices; returns the region of the fillet.
@@ -310,6 +286,30 @@ impl Found {
         }
         region
     }
+}
+
+/// The radius of the fillet that describes an edge best, and the misfit that it saves; `None` when a chamfer or a sharp
+/// edge does.
+fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) -> Option<(f64, f64)> {
+    let edge = Edge::new(field, places);
+    let fillet = edge.fillet(field.limits.min_radius);
+    let Corner::Fillet { radius } = fillet.corner else { return None };
+    if fillet.systematic > MAX_SYSTEMATIC {
+        return None;
+    }
+    let over_sharp = edge.sharp().misfit - fillet.misfit;
+    if over_sharp < BETTER_THAN_SHARP {
+        return None;
+    }
+    let over_chamfer = edge.chamfer().misfit - fillet.misfit;
+    let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
+    let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
+    let least = match (is_shown, convex) {
+        (false, _) => WORSE_THAN_CHAMFER,
+        (true, false) => -WORSE_THAN_CHAMFER,
+        (true, true) => 0.0,
+    };
+    (over_chamfer >= least).then(|| (radius, over_sharp.min(over_chamfer)))
 }
 
 /// Whether the part's edge is rounded off and not its corner filled.
@@ -346,12 +346,13 @@ fn middle(field: &Field, band: &[u32], places: &[Place]) -> Point3 {
 
 /// Whether the surface itself, curved along the edge as the section is not, describes its vertices.
 fn explains(field: &Field, fit: &Fit, vertices: &[u32]) -> bool {
+    /// Mean cost, in squares of the noise: what the section's flatness leaves out at a fillet on a small bore.
     const MAX_COST: f64 = 5.0;
     let cost = |&v: &u32| {
         let point = &field.points[v as usize];
         let seen = fit.surface.signed_distance(point)
             + 0.5 * field.blur * field.blur * fit.surface.curvature_sum(point);
-        (seen / field.weights.distance_sigma).powi(2).min(25.0)
+        (seen / field.weights.distance_sigma).powi(2).min(COST_CAP)
     };
     vertices.iter().map(cost).sum::<f64>() < MAX_COST * vertices.len() as f64
 }

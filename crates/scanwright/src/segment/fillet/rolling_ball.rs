@@ -6,6 +6,7 @@
 
 use crate::fit::Fit;
 use crate::math::{Axis, Point3, UnitVec3, Vec3, try_unit};
+use crate::recognize::is_ring_or_lemon;
 use crate::surface::{Cylinder, Surface, Torus};
 
 /// What two surfaces that share an edge have in common.
@@ -13,8 +14,8 @@ use crate::surface::{Cylinder, Surface, Torus};
 pub(super) enum Sweep {
     /// Both run straight along this direction.
     Along(UnitVec3),
-    /// Both turn about this axis.
-    About(Axis),
+    /// Both turn about this axis, as one of them shows it, and the other shows its direction.
+    About(Axis, UnitVec3),
 }
 
 /// Largest angle by which fitted surfaces may miss a common direction, radians: narrow faces show theirs no better.
@@ -23,9 +24,10 @@ const MAX_ANGLE: f64 = 0.06;
 const MIN_EDGE_ANGLE: f64 = 0.1;
 
 impl Sweep {
-    /// What `a` and `b` have in common near a point of their edge; `None` when no one sweep makes both. `slack`: length
-    /// by which axes may miss each other. A plane's normal is better known than the axis of what stands on it.
-    pub fn of(a: &Surface, b: &Surface, slack: f64, near: &Point3) -> Option<Self> {
+    /// What `a` and `b` have in common; `None` when no one sweep makes both. `slack`: length by which axes may miss
+    /// each other. A plane's normal is better known than the axis of what stands on it.
+    pub fn of(a: &Surface, b: &Surface, slack: f64) -> Option<Self> {
+        let about = |axis: Axis| Self::About(axis, axis.direction);
         let (simple, other) = if a.kind() <= b.kind() { (a, b) } else { (b, a) };
         match (simple, other) {
             (Surface::Plane(p), Surface::Plane(q)) => {
@@ -33,13 +35,13 @@ impl Sweep {
                 (along.norm() > MIN_EDGE_ANGLE).then(|| Self::Along(UnitVec3::new_normalize(along)))
             }
             (Surface::Plane(p), Surface::Sphere(s)) => {
-                Some(Self::About(Axis { origin: s.center, direction: p.normal }))
+                Some(about(Axis { origin: s.center, direction: p.normal }))
             }
             (Surface::Plane(p), _) => {
                 let axis = other.axis()?;
                 let across = p.normal.dot(&axis.direction).abs();
                 if across > MAX_ANGLE.cos() {
-                    Some(Self::About(Axis { origin: axis.foot(near), direction: p.normal }))
+                    Some(Self::About(axis, p.normal))
                 } else if across < MAX_ANGLE && matches!(other, Surface::Cylinder(_)) {
                     let n = p.normal.into_inner();
                     try_unit(axis.direction.into_inner() - n * n.dot(&axis.direction)).map(Self::Along)
@@ -49,11 +51,11 @@ impl Sweep {
             }
             (Surface::Sphere(p), Surface::Sphere(q)) => {
                 let direction = try_unit(q.center - p.center)?;
-                Some(Self::About(Axis { origin: p.center, direction }))
+                Some(about(Axis { origin: p.center, direction }))
             }
             (Surface::Sphere(s), _) | (_, Surface::Sphere(s)) => {
                 let axis = a.axis().or_else(|| b.axis())?;
-                (axis.radial(&s.center).norm() < slack).then_some(Self::About(axis))
+                (axis.radial(&s.center).norm() < slack).then_some(about(axis))
             }
             _ => {
                 let (p, q) = (simple.axis()?, other.axis()?);
@@ -64,7 +66,7 @@ impl Sweep {
                 if both_straight {
                     return Some(Self::Along(p.direction));
                 }
-                (p.radial(&q.origin).norm() < slack).then_some(Self::About(p))
+                (p.radial(&q.origin).norm() < slack).then_some(about(p))
             }
         }
     }
@@ -77,13 +79,15 @@ impl Sweep {
             Self::Along(direction) => {
                 Surface::Cylinder(Cylinder { axis: Axis { origin: center, direction: *direction }, radius })
             }
-            Self::About(axis) => {
+            Self::About(axis, direction) => {
+                // A tilted axis is where it should be beside the edge.
+                let axis = Axis { origin: axis.foot(start), direction: *direction };
                 let major_radius = axis.radial(&center).norm();
-                // Nearly a sphere: the ball turns on the spot.
-                if major_radius < 0.1 * radius {
+                // Else the ball turns on the spot.
+                if !is_ring_or_lemon(major_radius / radius) {
                     return None;
                 }
-                let axis = Axis { origin: axis.foot(&center), direction: axis.direction };
+                let axis = Axis { origin: axis.foot(&center), ..axis };
                 Surface::Torus(Torus { axis, major_radius, minor_radius: radius })
             }
         };
@@ -94,13 +98,15 @@ impl Sweep {
 /// Centre of a ball that touches both surfaces: inside the material under a convex edge, outside in a concave one.
 fn ball_center(a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Point3> {
     const STEPS: usize = 20;
+    /// Of the radius: distances are exact to some 1e-15 of coordinates that may be a million times larger.
+    const EXACT: f64 = 1e-9;
     let wanted = if convex { -radius } else { radius };
     let mut center = *start;
     for _ in 0..STEPS {
         let (da, na) = a.distance_and_outward_normal(&center);
         let (db, nb) = b.distance_and_outward_normal(&center);
         let (ra, rb) = (wanted - da, wanted - db);
-        if ra.abs().max(rb.abs()) < 1e-9 * radius {
+        if ra.abs().max(rb.abs()) < EXACT * radius {
             return Some(center);
         }
         center += step(&na, &nb, ra, rb)?;
@@ -145,7 +151,7 @@ mod tests {
     #[test]
     fn box_edge_gives_a_cylinder_tangent_to_both_planes() {
         let (a, b) = (plane([5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), plane([0.0, 4.0, 0.0], [0.0, 1.0, 0.2]));
-        let sweep = Sweep::of(&a.surface, &b.surface, 0.1, &Point3::origin()).expect("planes meet");
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("planes meet");
         let found = sweep.fillet(&a, &b, 1.5, true, &Point3::new(5.0, 4.0, 0.0)).expect("a fillet");
         let Surface::Cylinder(cylinder) = found.surface else { panic!("not a cylinder") };
         for plane in [&a, &b] {
@@ -159,7 +165,7 @@ mod tests {
     #[test]
     fn shaft_on_a_flange_gives_a_torus_outside_the_shaft() {
         let (a, b) = (plane([0.0; 3], [0.0, 0.0, 1.0]), fit(shaft(6.0), true));
-        let sweep = Sweep::of(&a.surface, &b.surface, 0.1, &Point3::origin()).expect("a common axis");
+        let sweep = Sweep::of(&a.surface, &b.surface, 0.1).expect("a common axis");
         let found = sweep.fillet(&a, &b, 2.0, false, &Point3::new(6.5, 0.0, 0.5)).expect("a fillet");
         let Surface::Torus(torus) = found.surface else { panic!("not a torus") };
         assert!((torus.major_radius - 8.0).abs() < 1e-9 && (torus.axis.origin.z - 2.0).abs() < 1e-9);
@@ -172,6 +178,6 @@ mod tests {
             axis: Axis { origin: Point3::origin(), direction: Vec3::x_axis() },
             radius: 2.0,
         });
-        assert_eq!(Sweep::of(&shaft(6.0), &across, 0.1, &Point3::origin()), None);
+        assert_eq!(Sweep::of(&shaft(6.0), &across, 0.1), None);
     }
 }
