@@ -13,7 +13,7 @@ use crate::math::stats;
 use crate::mesh::{Mesh, winding_number};
 use crate::par;
 use crate::recognize::{COST_CAP, mean_cost};
-use crate::surface::SurfaceKind;
+use crate::surface::{Surface, SurfaceKind};
 
 /// Share of a piece's border that the scan must have left open: less is a scratch, not an end.
 const MIN_OPEN_SHARE: f64 = 0.25;
@@ -34,6 +34,12 @@ pub(super) fn unions(
     members: &[Vec<u32>],
 ) -> (Vec<usize>, Vec<Option<Fit>>) {
     let loops = border_loops(field);
+    let mut regions = vec![None; field.n_vertices()];
+    for (k, members) in members.iter().enumerate() {
+        for &v in members {
+            regions[v as usize] = Some(k);
+        }
+    }
     let pieces: Vec<Piece> =
         par::map_indices(fits.len(), |k| Piece::new(field, fits[k], &members[k], &loops));
     let mut root: Vec<usize> = (0..fits.len()).collect();
@@ -46,6 +52,8 @@ pub(super) fn unions(
     for ((a, b), fit) in pairs.into_iter().zip(joint) {
         let Some(fit) = fit else { continue };
         if !faces_across_a_hole(field, &pieces[a], &pieces[b])
+            || ends_at_a_face(field, &fits, &regions, a, &faced(field, &pieces[b], &pieces[a]))
+            || ends_at_a_face(field, &fits, &regions, b, &faced(field, &pieces[a], &pieces[b]))
             || !may_continue(mesh, field, &fit, &pieces[a], &pieces[b])
         {
             continue;
@@ -114,11 +122,42 @@ fn faces_across_a_hole(field: &Field, a: &Piece, b: &Piece) -> bool {
     is_open(&faced(field, a, b)) && is_open(&faced(field, b, a))
 }
 
+/// Whether the piece ends on that side where another face cuts it off, as a cross hole ends at the bore it opens into:
+/// it touches that face there, and lies close to that face's surface all along, seen or not.
+fn ends_at_a_face(
+    field: &Field,
+    fits: &[Option<Fit>],
+    regions: &[Option<usize>],
+    piece: usize,
+    faced: &[u32],
+) -> bool {
+    const MIN_TOUCHING: f64 = 0.2;
+    let tolerance = BORDER_RINGS as f64 * field.spacing;
+    let touches = |v: u32, k: usize| field.rings.row(v as usize).iter().any(|&u| regions[u as usize] == Some(k));
+    let is_cut_off_by = |k: usize| {
+        let n_touching = faced.iter().filter(|&&v| touches(v, k)).count();
+        let near = |v: &u32, fit: Fit| fit.surface.signed_distance(&field.points[*v as usize]).abs() < tolerance;
+        n_touching as f64 > MIN_TOUCHING * faced.len() as f64
+            && fits[k].is_some_and(|fit| faced.iter().all(|v| near(v, fit)))
+    };
+    let mut others: Vec<usize> = faced
+        .iter()
+        .flat_map(|&v| field.rings.row(v as usize))
+        .filter_map(|&u| regions[u as usize].filter(|&k| k != piece))
+        .collect();
+    others.sort_unstable();
+    others.dedup();
+    others.into_iter().any(is_cut_off_by)
+}
+
 /// Whether the joint surface may go on between the pieces: half way there the mesh winds neither like air nor like
-/// material.
+/// material. Deep in a bore it winds like material, as little of what surrounds the place is missing.
 fn may_continue(mesh: &Mesh, field: &Field, fit: &Fit, a: &Piece, b: &Piece) -> bool {
     const N_PLACES: usize = 12;
-    const SURFACE_WINDINGS: std::ops::Range<f64> = 0.2..0.8;
+    const LIKE_AIR: f64 = 0.2;
+    const LIKE_MATERIAL: f64 = 0.8;
+    let is_bore = !fit.outward && matches!(fit.surface.kind(), SurfaceKind::Cylinder | SurfaceKind::Cone);
+    let surface_windings = LIKE_AIR..if is_bore { f64::INFINITY } else { LIKE_MATERIAL };
     let faced = faced(field, a, b);
     let stride = faced.len().div_ceil(N_PLACES).max(1);
     let mut windings: Vec<f64> = faced
@@ -130,7 +169,7 @@ fn may_continue(mesh: &Mesh, field: &Field, fit: &Fit, a: &Piece, b: &Piece) -> 
             Some(winding_number(mesh, &fit.surface.project(&middle)))
         })
         .collect();
-    stats::median(&mut windings).is_some_and(|w| SURFACE_WINDINGS.contains(&w))
+    stats::median(&mut windings).is_some_and(|w| surface_windings.contains(&w))
 }
 
 /// Border vertices of `to` that are nearest to some border vertex of `from`, ascending.
@@ -150,10 +189,10 @@ fn nearest(field: &Field, v: u32, others: &[u32]) -> Option<u32> {
 fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
     let (large, small) = if a.n >= b.n { (a, b) } else { (b, a) };
     let start = large.fit?;
-    // Hopeless pairs are most of them: the large piece's surface must come near the small one.
+    // Hopeless pairs are most of them: the large piece's surface must come near the small one, or be much like its.
     let reach = large.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &small.samples, &field.weights));
     let back = small.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &large.samples, &field.weights));
-    if reach.min(back) > 0.8 * COST_CAP {
+    if reach.min(back) > 0.8 * COST_CAP && !small.fit.is_some_and(|fit| are_alike(&start.surface, &fit.surface)) {
         return None;
     }
     let both = large.samples.followed_by(&small.samples);
@@ -161,6 +200,15 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
     let as_good =
         |piece: &Piece| mean_cost(&fit, &piece.samples, &field.weights) < 1.3 * piece.mean_cost + EXCESS;
     (as_good(large) && as_good(small)).then_some(fit)
+}
+
+/// Whether two cylinders are so much alike that short pieces of one, far apart, might have given both.
+fn are_alike(a: &Surface, b: &Surface) -> bool {
+    const MAX_ANGLE: f64 = 0.15;
+    const MAX_RATIO: f64 = 1.25;
+    let (Surface::Cylinder(a), Surface::Cylinder(b)) = (a, b) else { return false };
+    let sine = a.axis.direction.cross(&b.axis.direction).norm();
+    sine < MAX_ANGLE.sin() && a.radius.max(b.radius) < MAX_RATIO * a.radius.min(b.radius)
 }
 
 /// One per vertex: its connected piece of the scan's border; `u32::MAX` inside.
