@@ -133,10 +133,12 @@ fn ends_at_a_face(
 ) -> bool {
     const MIN_TOUCHING: f64 = 0.2;
     let tolerance = BORDER_RINGS as f64 * field.spacing;
-    let touches = |v: u32, k: usize| field.rings.row(v as usize).iter().any(|&u| regions[u as usize] == Some(k));
+    let touches =
+        |v: u32, k: usize| field.rings.row(v as usize).iter().any(|&u| regions[u as usize] == Some(k));
     let is_cut_off_by = |k: usize| {
         let n_touching = faced.iter().filter(|&&v| touches(v, k)).count();
-        let near = |v: &u32, fit: Fit| fit.surface.signed_distance(&field.points[*v as usize]).abs() < tolerance;
+        let near =
+            |v: &u32, fit: Fit| fit.surface.signed_distance(&field.points[*v as usize]).abs() < tolerance;
         n_touching as f64 > MIN_TOUCHING * faced.len() as f64
             && fits[k].is_some_and(|fit| faced.iter().all(|v| near(v, fit)))
     };
@@ -192,7 +194,9 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
     // Hopeless pairs are most of them: the large piece's surface must come near the small one, or be much like its.
     let reach = large.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &small.samples, &field.weights));
     let back = small.fit.map_or(f64::MAX, |fit| mean_cost(&fit, &large.samples, &field.weights));
-    if reach.min(back) > 0.8 * COST_CAP && !small.fit.is_some_and(|fit| are_alike(&start.surface, &fit.surface)) {
+    if reach.min(back) > 0.8 * COST_CAP
+        && !small.fit.is_some_and(|fit| are_alike(&start.surface, &fit.surface))
+    {
         return None;
     }
     let both = large.samples.followed_by(&small.samples);

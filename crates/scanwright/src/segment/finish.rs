@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{border, bridge, fillet, primitive};
+use super::{border, bridge, fillet, lands, primitive};
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
@@ -35,6 +35,7 @@ pub(super) fn finish(
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
     let fillets = fillet::insert(field, &mut regions);
+    let rounds = lands::find(field, &mut regions);
     let members = regions.members();
     let mut primitives = par::map_indices(regions.fits.len(), |k| {
         let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
@@ -43,6 +44,10 @@ pub(super) fn finish(
             None => primitive::freeform(),
         }
     });
+    let lands = par::map(&rounds, |round| round.primitives(field, &members));
+    for (k, primitive) in lands.into_iter().flatten() {
+        primitives[k as usize] = primitive;
+    }
     let tangent = par::map(&fillets, |fillet| fillet.primitive(field, &primitives, &members));
     for (fillet, primitive) in fillets.iter().zip(tangent) {
         if let Some(primitive) = primitive {

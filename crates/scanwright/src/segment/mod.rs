@@ -14,6 +14,7 @@ mod fillet;
 mod finish;
 mod grow;
 mod label;
+mod lands;
 mod narrow;
 mod primitive;
 mod refresh;
