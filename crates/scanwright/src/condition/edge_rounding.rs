@@ -56,7 +56,7 @@ const MAX_ROUNDING: f64 = 2.0;
 /// Highest over lowest squared rounding of one crowd: sites of sharp edges scatter by some 10 % in width.
 const CROWD_RATIO: f64 = 1.5;
 /// Size of the lowest crowd as a share of the largest one: parts with mostly broken edges show few sharp ones.
-const CROWD_SHARE: f64 = 0.08;
+const CROWD_SHARE: f64 = 0.2;
 /// What meshing adds to the squared rounding, in squared spacings: triangles cut across an edge, and the field they
 /// were drawn from is interpolated between its samples. Measured on simulated scans of known spot: 0.09 to 0.17.
 const MESHING_SHARE: f64 = 0.12;

@@ -22,6 +22,8 @@ pub struct Field<'a> {
     pub spacing: f64,
     /// Deviation of the scanner's spot, length; zero for meshes that no scanner made.
     pub blur: f64,
+    /// Whether edges showed it, or it is a guess.
+    pub blur_is_measured: bool,
     /// The table that the part stood on, its material below.
     pub ground: Option<Fit>,
     /// Scale of costs.
@@ -79,6 +81,7 @@ impl<'a> Field<'a> {
             on_boundary: &adjacency.on_boundary,
             spacing,
             blur: Self::blur(tolerances),
+            blur_is_measured: tolerances.edge_rounding() > 0.0,
             ground: ground.map(|plane| Fit { surface: Surface::Plane(plane), outward: true }),
             weights: Weights {
                 distance_sigma: sigma,

@@ -32,11 +32,13 @@ pub(super) struct Fillet {
     /// The regions that it is tangent to.
     sides: [u32; 2],
     convex: bool,
+    /// Whether it is a chamfer.
+    flat: bool,
 }
 
 impl Fillet {
-    /// The surface tangent to its sides as finally fitted, with the radius that the scan shows then; `None` when they
-    /// have no fillet any more.
+    /// The surface between its sides as finally fitted, with the radius or depth that the scan shows then; `None` when
+    /// they have none any more.
     pub fn primitive(
         &self,
         field: &Field,
@@ -48,11 +50,9 @@ impl Fillet {
         let mine = &members[self.region as usize];
         let places = places(field, &a, &b, self.convex, mine)?;
         let sweep = Sweep::of(&a.surface, &b.surface, field.spacing)?;
-        let Corner::Fillet { radius } = Edge::new(field, &places).fillet(field.limits.min_radius).corner
-        else {
-            return None;
-        };
-        let fit = sweep.fillet(&a, &b, radius, self.convex, &middle(field, mine, &places))?;
+        let edge = Edge::new(field, &places);
+        let corner = if self.flat { edge.chamfer() } else { edge.fillet(field.limits.min_radius) }.corner;
+        let fit = sweep.surface(&a, &b, &corner, self.convex, &middle(field, mine, &places))?;
         Some(primitive::given(field, &fit, mine))
     }
 }
@@ -92,8 +92,12 @@ pub(super) fn insert(field: &Field, regions: &mut Regions) -> Vec<Fillet> {
         let mut changed = vec![false; regions.fits.len()];
         let mut is_fillet = vec![false; regions.fits.len()];
         for found in found {
+            let sides = found.candidate.sides;
+            let is_flat = matches!(found.corner, Corner::Chamfer { .. });
             let blocked = found.candidate.strip.is_some_and(|k| changed[k as usize])
-                || found.candidate.sides.iter().any(|&k| is_fillet[k as usize]);
+                || sides.iter().any(|&k| is_fillet[k as usize])
+                // What breaks an edge leaves no edge that is broken again.
+                || is_flat && fillets.iter().any(|f| sides.contains(&f.region));
             if blocked {
                 continue;
             }
@@ -102,11 +106,11 @@ pub(super) fn insert(field: &Field, regions: &mut Regions) -> Vec<Fillet> {
             is_fillet.resize(regions.fits.len(), false);
             changed[region as usize] = true;
             is_fillet[region as usize] = true;
-            for side in found.candidate.sides {
+            for side in sides {
                 changed[side as usize] = true;
             }
             fillets.retain(|f| f.region != region);
-            fillets.push(Fillet { region, sides: found.candidate.sides, convex: found.convex });
+            fillets.push(Fillet { region, sides, convex: found.convex, flat: is_flat });
         }
         refit(field, regions, &changed, &is_fillet);
     }
@@ -229,6 +233,7 @@ fn edges(field: &Field, regions: &Regions) -> Vec<Candidate> {
 struct Found {
     candidate: Candidate,
     fit: Fit,
+    corner: Corner,
     convex: bool,
     /// Misfit that it saves.
     gain: f64,
@@ -245,19 +250,21 @@ impl Found {
         let band = candidate.band(field, regions);
         let convex = is_convex(field, &a, &b, &candidate.core);
         let places = places(field, &a, &b, convex, &band)?;
-        let (radius, gain) = chosen(field, candidate, &places, convex)?;
-        let fit = sweep.fillet(&a, &b, radius, convex, &middle(field, &band, &places))?;
+        let (corner, gain) = chosen(field, candidate, &places, convex)?;
+        let fit = sweep.surface(&a, &b, &corner, convex, &middle(field, &band, &places))?;
         let (mut between, mut beyond) = (Vec::new(), [Vec::new(), Vec::new()]);
         for (&v, place) in band.iter().zip(&places) {
-            match place.past_contacts(radius) {
+            match place.past_borders(&corner) {
                 (x, y) if x >= 0.0 && y >= 0.0 => between.push(v),
                 (x, y) if x < y => beyond[0].push(v),
                 _ => beyond[1].push(v),
             }
         }
-        (between.len() >= MIN_FILLET && explains(field, &fit, &between)).then(|| Self {
+        let is_flat = matches!(corner, Corner::Chamfer { .. });
+        (between.len() >= MIN_FILLET && (is_flat || explains(field, &fit, &between))).then(|| Self {
             candidate: candidate.clone(),
             fit,
+            corner,
             convex,
             gain,
             between,
@@ -288,20 +295,14 @@ impl Found {
     }
 }
 
-/// The radius of the fillet that describes an edge best, and the misfit that it saves; `None` when a chamfer or a sharp
-/// edge does.
-fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) -> Option<(f64, f64)> {
+/// The fillet or chamfer that describes an edge best, and the misfit that it saves; `None` when a sharp edge does, or
+/// where fillet and chamfer describe an edge without a strip equally well.
+fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) -> Option<(Corner, f64)> {
     let edge = Edge::new(field, places);
-    let fillet = edge.fillet(field.limits.min_radius);
+    let (sharp, chamfer, fillet) = (edge.sharp(), edge.chamfer(), edge.fillet(field.limits.min_radius));
     let Corner::Fillet { radius } = fillet.corner else { return None };
-    if fillet.systematic > MAX_SYSTEMATIC {
-        return None;
-    }
-    let over_sharp = edge.sharp().misfit - fillet.misfit;
-    if over_sharp < BETTER_THAN_SHARP {
-        return None;
-    }
-    let over_chamfer = edge.chamfer().misfit - fillet.misfit;
+    let over_sharp = sharp.misfit - fillet.misfit;
+    let over_chamfer = chamfer.misfit - fillet.misfit;
     let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
     let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
     let least = match (is_shown, convex) {
@@ -309,7 +310,17 @@ fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) 
         (true, false) => -WORSE_THAN_CHAMFER,
         (true, true) => 0.0,
     };
-    (over_chamfer >= least).then(|| (radius, over_sharp.min(over_chamfer)))
+    if over_sharp >= BETTER_THAN_SHARP && over_chamfer >= least && fillet.systematic <= MAX_SYSTEMATIC {
+        return Some((fillet.corner, over_sharp.min(over_chamfer)));
+    }
+    let chamfer_over_sharp = sharp.misfit - chamfer.misfit;
+    let is_chamfer = convex
+        && candidate.strip.is_none()
+        && field.blur_is_measured
+        && chamfer_over_sharp >= BETTER_THAN_SHARP + WORSE_THAN_CHAMFER
+        && over_chamfer <= -WORSE_THAN_CHAMFER
+        && chamfer.systematic <= MAX_SYSTEMATIC;
+    is_chamfer.then_some((chamfer.corner, chamfer_over_sharp.min(-over_chamfer)))
 }
 
 /// Whether the part's edge is rounded off and not its corner filled.

@@ -4,10 +4,13 @@
 //! have no analytic fillet. The centre of the ball is found in space by Newton's method on the two signed distances:
 //! their gradients stay in the section, so no section is ever cut.
 
+use std::f64::consts::FRAC_PI_2;
+
+use super::section::Corner;
 use crate::fit::Fit;
 use crate::math::{Axis, Point3, UnitVec3, Vec3, try_unit};
 use crate::recognize::is_ring_or_lemon;
-use crate::surface::{Cylinder, Surface, Torus};
+use crate::surface::{Cone, Cylinder, Plane, Surface, Torus};
 
 /// What two surfaces that share an edge have in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +74,47 @@ impl Sweep {
         }
     }
 
+    /// The surface of `corner` between `a` and `b`, that nearest to `start`.
+    pub fn surface(&self, a: &Fit, b: &Fit, corner: &Corner, convex: bool, start: &Point3) -> Option<Fit> {
+        match *corner {
+            Corner::Sharp { .. } => None,
+            Corner::Fillet { radius } => self.fillet(a, b, radius, convex, start),
+            Corner::Chamfer { share, depth } => self.chamfer(a, b, share, depth, convex, start),
+        }
+    }
+
+    /// The chamfer whose normal is turned by `share` of the angle from that of `a` to that of `b`, `depth` below the
+    /// sharp edge: a plane along a straight edge, else a cone about its axis.
+    fn chamfer(&self, a: &Fit, b: &Fit, share: f64, depth: f64, convex: bool, start: &Point3) -> Option<Fit> {
+        let edge = ball_center(a, b, 0.0, convex, start)?;
+        let (na, nb) = (a.distance_and_outward_normal(&edge).1, b.distance_and_outward_normal(&edge).1);
+        let angle = na.dot(&nb).clamp(-1.0, 1.0).acos();
+        let normal = try_unit(na * ((1.0 - share) * angle).sin() + nb * (share * angle).sin())?;
+        let point = edge - normal.into_inner() * if convex { depth } else { -depth };
+        let plane = Fit { surface: Surface::Plane(Plane { point, normal }), outward: true };
+        match self {
+            Self::Along(_) => Some(plane),
+            Self::About(axis, direction) => {
+                let axis = Axis { origin: axis.foot(&point), direction: *direction };
+                let radial = axis.radial(&point);
+                let radius = radial.norm();
+                let outward = normal.dot(&radial) > 0.0;
+                let natural = if outward { normal.into_inner() } else { -normal.into_inner() };
+                let sin = -natural.dot(direction);
+                let axis = if sin < 0.0 { Axis { direction: -*direction, ..axis } } else { axis };
+                let half_angle = sin.abs().clamp(0.0, 1.0).asin();
+                let surface = if half_angle < MAX_ANGLE {
+                    Surface::Cylinder(Cylinder { axis, radius })
+                } else if half_angle > FRAC_PI_2 - MAX_ANGLE {
+                    return Some(plane);
+                } else {
+                    Surface::Cone(Cone { axis, radius, half_angle })
+                };
+                Some(Fit { surface, outward })
+            }
+        }
+    }
+
     /// The fillet of `radius` between `a` and `b` nearest to `start`; `convex`: it rounds an edge of the part off,
     /// else it fills a corner.
     pub fn fillet(&self, a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Fit> {
@@ -100,13 +144,14 @@ fn ball_center(a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> O
     const STEPS: usize = 20;
     /// Of the radius: distances are exact to some 1e-15 of coordinates that may be a million times larger.
     const EXACT: f64 = 1e-9;
+    let size = radius.max(1e-3 * start.coords.norm()).max(f64::MIN_POSITIVE);
     let wanted = if convex { -radius } else { radius };
     let mut center = *start;
     for _ in 0..STEPS {
         let (da, na) = a.distance_and_outward_normal(&center);
         let (db, nb) = b.distance_and_outward_normal(&center);
         let (ra, rb) = (wanted - da, wanted - db);
-        if ra.abs().max(rb.abs()) < EXACT * radius {
+        if ra.abs().max(rb.abs()) < EXACT * size {
             return Some(center);
         }
         center += step(&na, &nb, ra, rb)?;
@@ -125,7 +170,6 @@ fn step(na: &Vec3, nb: &Vec3, ra: f64, rb: f64) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Plane;
 
     fn fit(surface: Surface, outward: bool) -> Fit {
         Fit { surface, outward }

@@ -5,6 +5,8 @@
 //! and the signed distance of a convex chain is `L_0 + sum_k max(0, L_{k+1} - L_k)` of the facets' distances `L`.
 //! Each term is a kink along a line, whose blur by a Gaussian has a closed form (see `edge`); so has the sum.
 
+use nalgebra::Vector2;
+
 use crate::math::blur::blurred_magnitude;
 
 /// A point in the section of two surfaces.
@@ -24,12 +26,21 @@ impl Place {
         (self.b - self.a) / self.angle.sin()
     }
 
-    /// How far the place lies inside the fillet of `radius`, from its contact with the first surface and from that
-    /// with the second: both positive on the fillet.
-    pub fn past_contacts(&self, radius: f64) -> (f64, f64) {
-        let (sin, cos) = self.angle.sin_cos();
-        let (a, b) = (self.a + radius, self.b + radius);
-        ((b - cos * a) / sin, (a - cos * b) / sin)
+    /// How far the place lies past the border of `corner` with the first surface, and past that with the second: both
+    /// positive on it. A fillet begins at its contacts, a chamfer at the bisectors.
+    pub fn past_borders(&self, corner: &Corner) -> (f64, f64) {
+        match *corner {
+            Corner::Sharp { .. } => (-self.across(), self.across()),
+            Corner::Fillet { radius } => {
+                let (sin, cos) = self.angle.sin_cos();
+                let (a, b) = (self.a + radius, self.b + radius);
+                ((b - cos * a) / sin, (a - cos * b) / sin)
+            }
+            Corner::Chamfer { share, depth } => {
+                let flat = self.facet(share * self.angle, -depth);
+                (flat - self.a, flat - self.b)
+            }
+        }
     }
 
     /// Distance to a facet whose normal is turned by `turn` from the first surface's towards the second's.
@@ -49,12 +60,28 @@ pub(super) enum Corner {
     Fillet { radius: f64 },
 }
 
+/// Angle between the surfaces, radians, from which a thin wedge's outside matters: there the nearest point is the corner
+/// itself, not a facet.
+const WEDGE: f64 = 1.9;
+/// Places per axis at which the field of a wedge is averaged over the spot, and their range in its deviations.
+const N_SPOT: i32 = 9;
+const SPOT_REACH: f64 = 3.0;
+
 /// Largest turn between the facets that stand for an arc, radians: their corners are 0.1 % of the radius outside it.
 const FACET_TURN: f64 = 0.15;
 
 impl Corner {
     /// Distance of a place to the corner seen with a spot of deviation `blur`.
     pub fn distance(&self, place: &Place, blur: f64) -> f64 {
+        if place.angle > WEDGE {
+            return self.averaged_distance(
+                place,
+                match *self {
+                    Self::Sharp { blur } => blur,
+                    _ => blur,
+                },
+            );
+        }
         match *self {
             Self::Sharp { blur } => chain(place, blur, 1, |_| 0.0),
             Self::Chamfer { share, depth } => {
@@ -70,6 +97,89 @@ impl Corner {
             }
         }
     }
+}
+
+impl Corner {
+    /// Distance of a place to the corner of a thin wedge: the unblurred field, averaged over the spot, over its slope.
+    fn averaged_distance(&self, place: &Place, blur: f64) -> f64 {
+        let (sin, cos) = place.angle.sin_cos();
+        let at = Vector2::new(place.a, (place.b - cos * place.a) / sin);
+        let step = 2.0 * SPOT_REACH / f64::from(N_SPOT);
+        let offsets = (0..N_SPOT).map(|i| (f64::from(i) + 0.5) * step - SPOT_REACH);
+        let (mut sum, mut slope, mut total) = (0.0, Vector2::zeros(), 0.0);
+        for x in offsets.clone() {
+            for y in offsets.clone() {
+                let weight = (-0.5 * (x * x + y * y)).exp();
+                let (distance, normal) = self.field(&(at + Vector2::new(x, y) * blur), place.angle);
+                sum += weight * distance;
+                slope += normal * weight;
+                total += weight;
+            }
+        }
+        sum / total / (slope.norm() / total).max(0.1)
+    }
+
+    /// Signed distance of a point in the section to the corner, and its gradient. The first surface's normal is the x
+    /// axis, the second's is turned from it by `angle`; the sharp corner is the origin.
+    fn field(&self, at: &Vector2<f64>, angle: f64) -> (f64, Vector2<f64>) {
+        let normal = |turn: f64| Vector2::new(turn.cos(), turn.sin());
+        match *self {
+            Self::Sharp { .. } => outside_of(at, &[(normal(0.0), 0.0), (normal(angle), 0.0)]),
+            Self::Chamfer { share, depth } => {
+                let facets = [(normal(0.0), 0.0), (normal(share * angle), -depth), (normal(angle), 0.0)];
+                outside_of(at, &facets)
+            }
+            Self::Fillet { radius } => {
+                let half = 0.5 * angle;
+                let from_center = at + normal(half) * (radius / half.cos());
+                let turn = from_center.y.atan2(from_center.x);
+                if (0.0..=angle).contains(&turn) {
+                    let length = from_center.norm().max(f64::MIN_POSITIVE);
+                    (length - radius, from_center / length)
+                } else {
+                    outside_of(at, &[(normal(0.0), 0.0), (normal(angle), 0.0)])
+                }
+            }
+        }
+    }
+}
+
+/// Signed distance of a point to the convex region below all `facets` (normal, offset), ordered by turn, with its
+/// gradient.
+fn outside_of(at: &Vector2<f64>, facets: &[(Vector2<f64>, f64)]) -> (f64, Vector2<f64>) {
+    let height = |(normal, offset): &(Vector2<f64>, f64)| normal.dot(at) - offset;
+    let highest = facets.iter().max_by(|a, b| height(a).total_cmp(&height(b))).expect("a corner has facets");
+    let inside = (height(highest), highest.0);
+    if inside.0 <= 0.0 {
+        return inside;
+    }
+    // Outside, the nearest point is a corner between two facets or lies on a facet between its corners.
+    let along = |normal: &Vector2<f64>, point: &Vector2<f64>| normal.x * point.y - normal.y * point.x;
+    let corners: Vec<Vector2<f64>> = facets
+        .windows(2)
+        .map(|pair| {
+            let (a, b) = (&pair[0], &pair[1]);
+            let sin = a.0.x * b.0.y - a.0.y * b.0.x;
+            Vector2::new(a.1 * b.0.y - b.1 * a.0.y, b.1 * a.0.x - a.1 * b.0.x) / sin
+        })
+        .collect();
+    let mut nearest = (f64::INFINITY, inside.1);
+    for (k, facet) in facets.iter().enumerate() {
+        let place = along(&facet.0, at);
+        let after = k == 0 || place >= along(&facet.0, &corners[k - 1]);
+        let before = k == corners.len() || place <= along(&facet.0, &corners[k]);
+        if after && before && height(facet).abs() < nearest.0 {
+            nearest = (height(facet).abs(), facet.0);
+        }
+    }
+    for corner in &corners {
+        let from = at - corner;
+        let distance = from.norm();
+        if distance < nearest.0 {
+            nearest = (distance, from / distance.max(f64::MIN_POSITIVE));
+        }
+    }
+    nearest
 }
 
 /// Distance to `n + 1` facets at equal turns.
@@ -135,7 +245,8 @@ mod tests {
 
     #[test]
     fn contacts_bound_the_arc() {
-        let (at_a, at_b) = Place { a: 0.0, b: -3.0, angle: std::f64::consts::FRAC_PI_2 }.past_contacts(3.0);
+        let place = Place { a: 0.0, b: -3.0, angle: std::f64::consts::FRAC_PI_2 };
+        let (at_a, at_b) = place.past_borders(&Corner::Fillet { radius: 3.0 });
         assert!(at_a.abs() < 1e-12 && (at_b - 3.0).abs() < 1e-12);
     }
 }
