@@ -6,7 +6,8 @@ use std::collections::BinaryHeap;
 use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{border, bridge, fillet, lands, primitive};
+use super::turned::Resolved;
+use super::{border, bridge, fillet, lands, primitive, turned};
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
@@ -34,6 +35,7 @@ pub(super) fn finish(
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
+    turned::resolve(field, &mut regions);
     let fillets = fillet::insert(field, &mut regions);
     let rounds = lands::find(field, &mut regions);
     let members = regions.members();
@@ -159,6 +161,47 @@ impl Regions {
             *label = number[root[*label as usize]];
         }
         self.fits = kept;
+    }
+
+    /// Puts faces in place of regions; returns theirs.
+    pub fn replace(&mut self, replaced: &[u32], by: Resolved) -> Vec<u32> {
+        let mut numbers = replaced.iter().copied();
+        let mut new = Vec::new();
+        for (fit, members) in by.faces {
+            let k = numbers.next().unwrap_or(self.fits.len() as u32);
+            if k as usize == self.fits.len() {
+                self.fits.push(None);
+            }
+            self.fits[k as usize] = Some(fit);
+            for v in members {
+                self.of_vertex[v as usize] = Some(k);
+            }
+            new.push(k);
+        }
+        for (end, members) in by.ends {
+            for v in members {
+                self.of_vertex[v as usize] = Some(end);
+            }
+        }
+        new
+    }
+
+    /// Numbers regions anew, without those that have no vertices.
+    pub fn compact(&mut self) {
+        let mut number = vec![None; self.fits.len()];
+        for k in self.of_vertex.iter().flatten() {
+            number[*k as usize] = Some(0);
+        }
+        let mut n = 0;
+        for slot in number.iter_mut().flatten() {
+            *slot = n;
+            n += 1;
+        }
+        let mut kept = number.iter();
+        self.fits.retain(|_| kept.next().is_some_and(Option::is_some));
+        for label in self.of_vertex.iter_mut().flatten() {
+            *label = number[*label as usize].expect("a region with a vertex is kept");
+        }
     }
 
     /// Vertices of each region, ascending.

@@ -20,6 +20,7 @@ mod primitive;
 mod refresh;
 mod select;
 mod split;
+mod turned;
 
 pub use field::Field;
 use field::{Hypothesis, Scratch};

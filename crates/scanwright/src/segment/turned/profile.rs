@@ -1,0 +1,181 @@
+//! The profile of a turned part of the scan: its vertices in the half-plane through the axis, averaged along the turn.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector2;
+
+use crate::math::Frame;
+use crate::segment::field::Field;
+
+/// Vertices of one place of a profile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mean {
+    /// Mean radius and height.
+    pub at: Vector2<f64>,
+    /// Mean normal in the half-plane, out of the material.
+    pub normal: Vector2<f64>,
+    /// Number of vertices.
+    pub count: f64,
+    /// Number of independent samples.
+    pub weight: f64,
+    /// Length along the profile.
+    pub key: f64,
+}
+
+/// Cells of the half-plane, spacings.
+const CELL: f64 = 0.5;
+/// Bins along the profile, spacings.
+const BIN: f64 = 0.6;
+/// Rows along a turn per independent sample: the correlation length of scan noise.
+const ROWS_PER_SAMPLE: f64 = 6.0;
+
+/// A vertex in the half-plane: radius and height.
+pub(super) fn in_half_plane(frame: &Frame, field: &Field, v: u32) -> Vector2<f64> {
+    let local = frame.local(&field.points[v as usize]);
+    Vector2::new(local.x.hypot(local.y), local.z)
+}
+
+/// The means along the profile of `vertices`, from where `start` is; `None` where they do not lie on one curve.
+pub(super) fn means(field: &Field, frame: &Frame, vertices: &[u32], start: &[u32]) -> Option<Vec<Mean>> {
+    let planar: Vec<Vector2<f64>> = vertices.iter().map(|&v| in_half_plane(frame, field, v)).collect();
+    let keys = arc_lengths(field, frame, &planar, start)?;
+    let rough = binned(field, frame, vertices, &planar, &keys);
+    // Lengths along cells are coarse; along the curve they give they are not.
+    let keys: Vec<Option<f64>> = planar.iter().map(|p| length_along(&rough, p)).collect();
+    let means = binned(field, frame, vertices, &planar, &keys);
+    is_thin(field, &planar, &keys, &means).then_some(means)
+}
+
+/// Length along the profile of each point: shortest ways over occupied cells from the farthest cell of `start`.
+fn arc_lengths(
+    field: &Field,
+    frame: &Frame,
+    planar: &[Vector2<f64>],
+    start: &[u32],
+) -> Option<Vec<Option<f64>>> {
+    /// Share of vertices that must be reached.
+    const MIN_REACHED: f64 = 0.9;
+    let size = CELL * field.spacing;
+    let cell = |p: &Vector2<f64>| ((p.x / size).floor() as i64, (p.y / size).floor() as i64);
+    let mut counts: BTreeMap<(i64, i64), usize> = BTreeMap::new();
+    for p in planar {
+        *counts.entry(cell(p)).or_default() += 1;
+    }
+    let mean = planar.len() as f64 / counts.len().max(1) as f64;
+    counts.retain(|_, n| *n as f64 > 0.1 * mean);
+    let starts: BTreeSet<(i64, i64)> = start
+        .iter()
+        .map(|&v| cell(&in_half_plane(frame, field, v)))
+        .filter(|c| counts.contains_key(c))
+        .collect();
+    let first = farthest(&counts, &starts)?;
+    let lengths = ways(&counts, first);
+    let keys: Vec<Option<f64>> =
+        planar.iter().map(|p| lengths.get(&cell(p)).map(|l| *l as f64 * 0.1 * size)).collect();
+    let n_reached = keys.iter().filter(|k| k.is_some()).count();
+    (n_reached as f64 >= MIN_REACHED * planar.len() as f64).then_some(keys)
+}
+
+/// Of the cells of an end, the one farthest from all others: the end's own end.
+fn farthest(counts: &BTreeMap<(i64, i64), usize>, starts: &BTreeSet<(i64, i64)>) -> Option<(i64, i64)> {
+    let others: Vec<(i64, i64)> = counts.keys().filter(|c| !starts.contains(c)).copied().collect();
+    let n = others.len().max(1) as i64;
+    let middle = others.iter().fold((0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
+    let middle = (middle.0 / n, middle.1 / n);
+    let off = |c: &(i64, i64)| (c.0 - middle.0).pow(2) + (c.1 - middle.1).pow(2);
+    starts.iter().max_by_key(|c| (off(c), **c)).copied()
+}
+
+/// Shortest ways from `first` over neighbouring cells, in tenths of a cell.
+fn ways(counts: &BTreeMap<(i64, i64), usize>, first: (i64, i64)) -> BTreeMap<(i64, i64), i64> {
+    /// Cells that may be missing between two.
+    const JUMP: i64 = 2;
+    let mut lengths = BTreeMap::from([(first, 0)]);
+    let mut front = BTreeSet::from([(0, first)]);
+    while let Some((length, at)) = front.pop_first() {
+        for dx in -JUMP..=JUMP {
+            for dy in -JUMP..=JUMP {
+                let to = (at.0 + dx, at.1 + dy);
+                if !counts.contains_key(&to) {
+                    continue;
+                }
+                let next = length + (10.0 * ((dx * dx + dy * dy) as f64).sqrt()).round() as i64;
+                if lengths.get(&to).is_none_or(|l| next < *l) {
+                    lengths.insert(to, next);
+                    front.insert((next, to));
+                }
+            }
+        }
+    }
+    lengths
+}
+
+fn binned(
+    field: &Field,
+    frame: &Frame,
+    vertices: &[u32],
+    planar: &[Vector2<f64>],
+    keys: &[Option<f64>],
+) -> Vec<Mean> {
+    let width = BIN * field.spacing;
+    let mut bins: BTreeMap<i64, (f64, Vector2<f64>, Vector2<f64>, f64)> = BTreeMap::new();
+    for ((&v, p), key) in vertices.iter().zip(planar).zip(keys) {
+        let Some(key) = key else { continue };
+        let local = frame.local(&(frame.origin + field.normals[v as usize]));
+        let radial = frame.local(&field.points[v as usize]);
+        let radial = Vector2::new(radial.x, radial.y);
+        let outward = Vector2::new(local.x, local.y).dot(&radial) / radial.norm().max(f64::MIN_POSITIVE);
+        let bin = bins.entry((key / width).floor() as i64).or_default();
+        bin.0 += 1.0;
+        bin.1 += p;
+        bin.2 += Vector2::new(outward, local.z);
+        bin.3 += key;
+    }
+    let mean = |(n, at, normal, key): (f64, Vector2<f64>, Vector2<f64>, f64)| Mean {
+        at: at / n,
+        normal: normal / normal.norm().max(f64::MIN_POSITIVE),
+        count: n,
+        weight: (BIN * n / ROWS_PER_SAMPLE).max(1.0),
+        key: key / n,
+    };
+    let least = 0.1 * vertices.len() as f64 / bins.len().max(1) as f64;
+    bins.into_values().filter(|bin| bin.0 > least).map(mean).collect()
+}
+
+/// Length along the curve through `means` of the point of it that is nearest.
+fn length_along(means: &[Mean], at: &Vector2<f64>) -> Option<f64> {
+    let mut best = (f64::INFINITY, 0.0);
+    let mut length = 0.0;
+    for pair in means.windows(2) {
+        let along = pair[1].at - pair[0].at;
+        let t = ((at - pair[0].at).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+        let distance = (pair[0].at + along * t - at).norm_squared();
+        if distance < best.0 {
+            best = (distance, length + t * along.norm());
+        }
+        length += along.norm();
+    }
+    best.0.is_finite().then_some(best.1)
+}
+
+/// Whether the points lie as near to the curve through their means as noise leaves them.
+fn is_thin(field: &Field, planar: &[Vector2<f64>], keys: &[Option<f64>], means: &[Mean]) -> bool {
+    /// Root mean square distance, noise.
+    const MAX_SIGMAS: f64 = 2.5;
+    if means.len() < 4 {
+        return false;
+    }
+    let clip = (6.0 * field.weights.distance_sigma).powi(2);
+    let distance = |p: &Vector2<f64>| {
+        let of = |pair: &[Mean]| {
+            let along = pair[1].at - pair[0].at;
+            let t = ((p - pair[0].at).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            (pair[0].at + along * t - p).norm_squared()
+        };
+        means.windows(2).map(of).fold(f64::INFINITY, f64::min).min(clip)
+    };
+    let seen: Vec<f64> =
+        planar.iter().zip(keys).filter(|(_, k)| k.is_some()).map(|(p, _)| distance(p)).collect();
+    let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+    mean < (MAX_SIGMAS * field.weights.distance_sigma).powi(2)
+}
