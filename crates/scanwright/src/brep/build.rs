@@ -3,8 +3,10 @@
 use super::attempt::{Attempt, Bench, Choice};
 use super::mend::mended;
 use super::riser::risers;
+use super::thin::Thinning;
 use super::{Built, Issue, IssueCode, LabelledMesh};
 use crate::segment::RegionId;
+use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
 /// Builds solids from a mesh whose every triangle has a region.
@@ -24,13 +26,34 @@ pub fn build(closed: &LabelledMesh, tolerances: &Tolerances) -> Built {
     let mut start = bench.attempt(choice);
     let (added, mends) = risers(&bench, &start);
     if mends.is_empty() {
-        return built(&bench, mended(&bench, start, &[]));
+        return thinned_and_built(&bench, mended(&bench, start, &[]));
     }
     let mut closed = closed.clone();
     closed.primitives.extend(added);
     let bench = Bench::new(&closed, tolerances);
     start.choice.demoted.resize(bench.surfaces.len(), false);
-    built(&bench, mended(&bench, start, &mends))
+    thinned_and_built(&bench, mended(&bench, start, &mends))
+}
+
+/// An attempt as a result, with fewer facets if it is as sound with them.
+fn thinned_and_built(bench: &Bench, made: Attempt) -> Built {
+    let is_plane: Vec<bool> = bench
+        .surfaces
+        .iter()
+        .zip(&made.choice.demoted)
+        .map(|(s, demoted)| !demoted && matches!(s, Some(Surface::Plane(_))))
+        .collect();
+    // The rims of zones are the first to make trouble, then facets that are large.
+    for (share, rims) in [(1.0, true), (1.0, false), (0.5, false), (0.2, false)] {
+        let thinning = Thinning { bench, labels: &made.choice.labels, is_plane: &is_plane, share, rims };
+        let Some((closed, labels)) = thinning.run() else { break };
+        let thin = Bench::new(&closed, bench.tolerances);
+        let trial = thin.attempt(Choice { labels, demoted: made.choice.demoted.clone() });
+        if trial.severity() <= made.severity() {
+            return built(&thin, trial);
+        }
+    }
+    built(bench, made)
 }
 
 /// An attempt as a result, with what is to be said about it.

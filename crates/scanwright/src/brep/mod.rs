@@ -25,6 +25,7 @@ mod solid;
 mod split;
 mod straighten;
 mod tessellate;
+mod thin;
 
 pub use build::build;
 pub use check::{Problem, Validity, check, validity};

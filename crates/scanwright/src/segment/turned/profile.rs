@@ -18,8 +18,6 @@ pub(super) struct Mean {
     pub count: f64,
     /// Number of independent samples.
     pub weight: f64,
-    /// Length along the profile.
-    pub key: f64,
 }
 
 /// Cells of the half-plane, spacings.
@@ -118,7 +116,7 @@ fn binned(
     keys: &[Option<f64>],
 ) -> Vec<Mean> {
     let width = BIN * field.spacing;
-    let mut bins: BTreeMap<i64, (f64, Vector2<f64>, Vector2<f64>, f64)> = BTreeMap::new();
+    let mut bins: BTreeMap<i64, (f64, Vector2<f64>, Vector2<f64>)> = BTreeMap::new();
     for ((&v, p), key) in vertices.iter().zip(planar).zip(keys) {
         let Some(key) = key else { continue };
         let local = frame.local(&(frame.origin + field.normals[v as usize]));
@@ -129,14 +127,12 @@ fn binned(
         bin.0 += 1.0;
         bin.1 += p;
         bin.2 += Vector2::new(outward, local.z);
-        bin.3 += key;
     }
-    let mean = |(n, at, normal, key): (f64, Vector2<f64>, Vector2<f64>, f64)| Mean {
+    let mean = |(n, at, normal): (f64, Vector2<f64>, Vector2<f64>)| Mean {
         at: at / n,
         normal: normal / normal.norm().max(f64::MIN_POSITIVE),
         count: n,
         weight: (BIN * n / ROWS_PER_SAMPLE).max(1.0),
-        key: key / n,
     };
     let least = 0.1 * vertices.len() as f64 / bins.len().max(1) as f64;
     bins.into_values().filter(|bin| bin.0 > least).map(mean).collect()

@@ -224,21 +224,6 @@ impl Run {
         };
         let before = self.before(field, regions, &vertices, &means, &scale)?;
         let best = self.best_chain(&means, &scale)?;
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "RUN regions {:?} ends {:?} n {} means {} before {:.1} ({:.2}) after {:.1} ({:.2}) {:?} {:?}",
-                self.regions,
-                self.ends.iter().map(|e| e.0).collect::<Vec<_>>(),
-                vertices.len(),
-                means.len(),
-                before.cost,
-                before.systematic,
-                best.cost,
-                best.systematic,
-                best.chain.pieces.iter().map(|p| match p { Piece::Line(l) => format!("L{:.0} {:.1}", l.angle.to_degrees(), l.offset / scale.spacing), Piece::Arc(a) => format!("A({:.1} {:.1}) r{:.1} {}", a.center.x / scale.spacing, a.center.y / scale.spacing, a.radius / scale.spacing, a.convex) }).collect::<Vec<_>>(),
-                best.chain.radii.iter().map(|r| (r / scale.spacing * 10.0).round() / 10.0).collect::<Vec<_>>()
-            );
-        }
         if best.systematic > MAX_SYSTEMATIC || best.cost > (before.cost - CLEARLY_BETTER).min(REMAINING * before.cost) {
             return None;
         }
