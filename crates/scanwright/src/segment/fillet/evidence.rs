@@ -57,6 +57,18 @@ impl<'p> Edge<'p> {
         self.fitted(Corner::Sharp { blur: self.blur * share })
     }
 
+    /// The best sharp edge with any spot that a scanner may have.
+    pub fn sharp_with_any_spot(&self) -> Fitted {
+        /// Largest spot, spacings.
+        const LARGEST: f64 = 1.5;
+        let largest = LARGEST * self.spacing;
+        let starts: Vec<[f64; 1]> = [0.1, 0.3, 0.5, 0.7, 0.9].map(|share| [share * largest]).to_vec();
+        let [blur] = self.search(&starts, [0.1 * largest], |[blur]| {
+            (blur > 0.0 && blur <= largest).then_some(Corner::Sharp { blur })
+        });
+        self.fitted(Corner::Sharp { blur })
+    }
+
     pub fn chamfer(&self) -> Fitted {
         let depths = (0..8).map(|k| self.spacing * 0.2 * 1.6_f64.powi(k));
         let starts: Vec<[f64; 2]> =

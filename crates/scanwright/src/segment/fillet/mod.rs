@@ -313,10 +313,12 @@ fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) 
     if over_sharp >= BETTER_THAN_SHARP && over_chamfer >= least && fillet.systematic <= MAX_SYSTEMATIC {
         return Some((fillet.corner, over_sharp.min(over_chamfer)));
     }
-    let chamfer_over_sharp = sharp.misfit - chamfer.misfit;
-    let is_chamfer = convex
-        && candidate.strip.is_none()
-        && field.blur_is_measured
+    if !convex || candidate.strip.is_some() {
+        return None;
+    }
+    // Only the width of a narrow chamfer tells it from an edge under a larger spot than the one measured.
+    let chamfer_over_sharp = edge.sharp_with_any_spot().misfit - chamfer.misfit;
+    let is_chamfer = field.blur_is_measured
         && chamfer_over_sharp >= BETTER_THAN_SHARP + WORSE_THAN_CHAMFER
         && over_chamfer <= -WORSE_THAN_CHAMFER
         && chamfer.systematic <= MAX_SYSTEMATIC;

@@ -182,6 +182,8 @@ pub(super) struct Scale {
     pub spacing: f64,
 }
 
+/// Spacings by which the first and the last line go on beyond the profile.
+pub(super) const BEYOND: f64 = 8.0;
 /// Price of a parameter: the Bayesian criterion's for some fifty samples.
 pub(super) const PRICE: f64 = 4.0;
 /// Deviations beyond this many sigmas are outliers.
@@ -222,8 +224,6 @@ impl Chain {
 
     /// The chain between the extents of `means`; `None` where it folds.
     pub fn outline(&self, means: &[Mean], spacing: f64) -> Option<Outline> {
-        /// Spacings by which the ends go on.
-        const BEYOND: f64 = 8.0;
         let n = self.pieces.len();
         let end = |k: usize, mean: &Mean, sign: f64| {
             let piece = &self.pieces[k];

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
 
-use super::chain::{Arc, Chain, Element, Fitted, Line, Outline, PRICE, Piece, Scale};
+use super::chain::{Arc, BEYOND, Chain, Element, Fitted, Line, Outline, PRICE, Piece, Scale};
 use super::profile::{self, Mean};
 use crate::fit::Fit;
 use crate::math::{Axis, Frame, nearest_circle, stats};
@@ -564,12 +564,17 @@ fn squared(mut best: Fitted, means: &[Mean], scale: &Scale) -> Fitted {
         if is_known || tilt > FAR {
             continue;
         }
-        let departure = outline.length(Element::Piece(k)) * tilt;
+        // The last line goes on beyond what was seen of it.
+        let is_last = k + 1 == best.chain.pieces.len();
+        let length = outline.length(Element::Piece(k)) - if is_last { BEYOND * scale.spacing } else { 0.0 };
+        let departure = length * tilt;
         let mut chain = best.chain.clone();
         chain.pieces[k] = Piece::Line(line.turned_to(square, means));
         fixed.push(k);
+        let is_unseen = departure < UNSEEN * scale.sigma;
         match chain.fitted(means, scale, &fixed) {
-            Some(other) if other.cost <= best.cost || departure < UNSEEN * scale.sigma => best = other,
+            Some(other) if is_unseen || other.cost <= best.cost => best = other,
+            None if is_unseen => best.chain = chain,
             _ => {
                 fixed.pop();
             }
