@@ -15,4 +15,5 @@ mod scanned;
 mod scans;
 mod segmentation;
 mod step;
+mod turned;
 mod untidy;

@@ -15,14 +15,14 @@ use crate::scanned::{blurred, box_distance, scan, with_noise};
 /// Deviation of the noise.
 const NOISE: f64 = 0.05;
 /// Deviation of the scanner's spot where it is not the point of the test.
-const SPOT: f64 = 0.8;
+pub const SPOT: f64 = 0.8;
 
 /// A scan of `distance`, one unit between vertices, open where the surface leaves the box.
-fn seen(distance: impl Fn(&Point3) -> f64, spot: f64, lo: [f64; 3], hi: [f64; 3]) -> Mesh {
+pub fn seen(distance: impl Fn(&Point3) -> f64, spot: f64, lo: [f64; 3], hi: [f64; 3]) -> Mesh {
     with_noise(&scan(blurred(distance, spot, 2.0), lo, hi, 1.0), NOISE, 11)
 }
 
-fn segmented(mesh: &Mesh, spot: f64) -> Segmentation {
+pub fn segmented(mesh: &Mesh, spot: f64) -> Segmentation {
     let adjacency = Adjacency::new(mesh);
     // The spot is given: scans without an edge do not show it.
     let measured = Measured { edge_rounding: spot, ..measure(mesh, &adjacency) };
@@ -32,14 +32,14 @@ fn segmented(mesh: &Mesh, spot: f64) -> Segmentation {
 }
 
 /// Types of all regions, sorted; `None` for freeform.
-fn kinds(segmentation: &Segmentation) -> Vec<Option<SurfaceKind>> {
+pub fn kinds(segmentation: &Segmentation) -> Vec<Option<SurfaceKind>> {
     let mut kinds: Vec<_> = segmentation.primitives.iter().map(|p| p.surface.map(|s| s.kind())).collect();
     kinds.sort_unstable();
     kinds
 }
 
 /// The regions of the triangles whose middle is `inside`, and how many of them each has.
-fn regions_of(
+pub fn regions_of(
     mesh: &Mesh,
     segmentation: &Segmentation,
     inside: impl Fn(&Point3) -> bool,
@@ -269,7 +269,7 @@ fn from_axis(p: &Point3) -> f64 {
 }
 
 /// Without the triangles whose middle is `hidden`.
-fn without(mesh: &Mesh, hidden: impl Fn(&Point3) -> bool) -> Mesh {
+pub fn without(mesh: &Mesh, hidden: impl Fn(&Point3) -> bool) -> Mesh {
     mesh.submesh(|t| !hidden(&mesh.triangle_center(t))).0
 }
 

@@ -139,6 +139,7 @@ mod tests {
     use crate::brep::attempt::Choice;
     use crate::brep::check::check;
     use crate::brep::solid::Geometry;
+    use crate::brep::thin::Thinning;
     use crate::brep::{LabelledMesh, tessellate};
     use crate::math::{Axis, Vec3};
     use crate::mesh::Mesh;
@@ -246,6 +247,29 @@ mod tests {
             // Chords of the mesh and of the triangles lie inside by at most the square of ten degrees.
             assert!((volume - exact).abs() < 0.015 * exact, "{volume} instead of {exact}");
         }
+    }
+
+    #[test]
+    fn thinned_facets_are_fewer_and_as_near() {
+        let rod = rod();
+        let tolerances = tolerances();
+        let bench = Bench::new(&rod, &tolerances);
+        let choice = choice(&rod, &bench, |p| p.x > 0.0 && p.y.abs() < 5.0 && p.z > 6.5);
+        let n_before = choice.labels.iter().filter(|l| **l == bench.facets).count();
+        let is_plane: Vec<bool> =
+            bench.surfaces.iter().map(|s| matches!(s, Some(Surface::Plane(_)))).collect();
+        let thinning =
+            Thinning { bench: &bench, labels: &choice.labels, is_plane: &is_plane, share: 1.0, rims: true };
+        let (thin, labels) = thinning.run().expect("fewer facets");
+        let n_after = labels.iter().filter(|l| **l == bench.facets).count();
+        assert!(2 * n_after < n_before, "{n_after} of {n_before} facets are left");
+        let thin_bench = Bench::new(&thin, &tolerances);
+        let attempt = thin_bench.attempt(Choice { labels, demoted: choice.demoted });
+        let [made] = &attempt.solids[..] else { panic!("one solid, not {}", attempt.solids.len()) };
+        assert_eq!(check(&made.solid, bench.limit), []);
+        let volume = tessellate(&made.solid).mesh.signed_volume();
+        let exact = std::f64::consts::PI * RADIUS * RADIUS * HEIGHT;
+        assert!((volume - exact).abs() < 0.02 * exact, "{volume} instead of {exact}");
     }
 
     #[test]

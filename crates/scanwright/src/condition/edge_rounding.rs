@@ -51,8 +51,6 @@ const N_BINS: usize = 11;
 const FLAT_SIGMAS: f64 = 2.0;
 /// Residual of a side, in spacings, that wavy noise and curvature may cause.
 const FLAT_SHARE: f64 = 0.12;
-/// Second difference of the heights of a side's thirds, in spacings, that a straight one may have beside noise.
-const STRAIGHT_SHARE: f64 = 0.05;
 /// Roundings beyond this many spacings are not the scanner's.
 const MAX_ROUNDING: f64 = 2.0;
 /// Highest over lowest squared rounding of one crowd: sites of sharp edges scatter by some 10 % in width.
@@ -216,27 +214,8 @@ impl Site<'_> {
         if variance > flat * flat || width < self.spacing * self.spacing {
             return None;
         }
-        if self.is_curved(&points, &center, &normal, wedge) {
-            return None;
-        }
         let outward = normal.dot(&normal_sum).signum() * sign;
         Some((center, normal.into_inner() * outward))
-    }
-
-    /// Whether a side bends away from its plane: the plane would miss the edge, and the area under it.
-    fn is_curved(&self, points: &[Point3], center: &Point3, normal: &Vec3, wedge: &Wedge) -> bool {
-        let mut thirds = [(0.0, 0.0); 3];
-        let per_shadow = (1.0 + wedge.slope * wedge.slope).sqrt() / self.spacing;
-        for p in points {
-            let distance = (p - wedge.apex).dot(&wedge.across).abs() * per_shadow;
-            let third = 3.0 * (distance - SIDE_FROM) / (SIDE_TO - SIDE_FROM);
-            let third = &mut thirds[(third.max(0.0) as usize).min(2)];
-            third.0 += (p - center).dot(normal);
-            third.1 += 1.0;
-        }
-        let [near, middle, far] = thirds.map(|(sum, n)| sum / f64::max(n, 1.0));
-        let bend = (near - 2.0 * middle + far).abs();
-        thirds.iter().any(|t| t.1 < 2.0) || bend > STRAIGHT_SHARE * self.spacing + self.noise
     }
 
     /// Mean height lost under the wedge in each bin across the edge that holds a vertex.

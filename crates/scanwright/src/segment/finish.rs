@@ -5,8 +5,8 @@ use std::collections::BinaryHeap;
 
 use super::field::{Field, Scratch};
 use super::label::Labels;
-use super::{RegionId, SegmentOptions, Segmentation};
 use super::turned::Resolved;
+use super::{RegionId, SegmentOptions, Segmentation};
 use super::{border, bridge, fillet, lands, primitive, turned};
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh};

@@ -65,9 +65,9 @@ const STRIP_RINGS: usize = 7;
 const STRIP_SHARE: f64 = 0.95;
 const SIDE_SHARE: f64 = 0.2;
 /// Vertices of the shortest edge, those of both sides: ten on each.
-const MIN_EDGE: usize = 12;
+const MIN_EDGE: usize = 20;
 /// Fewer vertices are no face.
-const MIN_FILLET: usize = 12;
+const MIN_FILLET: usize = 20;
 /// Angles between faces, radians, at which a fillet is told from its sides, and at which the section is one.
 const ANGLES: (f64, f64) = (0.25, 2.7);
 /// Misfit by which a fillet must be better than a sharp edge.

@@ -35,7 +35,8 @@ impl Line {
         let (a, b) = (self.normal(), other.normal());
         let sine = a.perp(&b);
         (sine.abs() > LEAST).then(|| {
-            Vector2::new(self.offset * b.y - other.offset * a.y, other.offset * a.x - self.offset * b.x) / sine
+            Vector2::new(self.offset * b.y - other.offset * a.y, other.offset * a.x - self.offset * b.x)
+                / sine
         })
     }
 }
@@ -72,9 +73,7 @@ impl Piece {
     pub fn distance(&self, at: &Vector2<f64>) -> f64 {
         match self {
             Self::Line(line) => line.normal().dot(at) - line.offset,
-            Self::Arc(arc) => {
-                ((at - arc.center).norm() - arc.radius) * if arc.convex { 1.0 } else { -1.0 }
-            }
+            Self::Arc(arc) => ((at - arc.center).norm() - arc.radius) * if arc.convex { 1.0 } else { -1.0 },
         }
     }
 
@@ -94,7 +93,14 @@ impl Piece {
                 let height = normal.dot(&arc.center) - line.offset;
                 let foot = arc.center - normal * height;
                 let half = arc.radius * arc.radius - height * height;
-                nearest_of(foot, Vector2::new(-normal.y, normal.x), half, hint, height.abs() - arc.radius, arc)
+                nearest_of(
+                    foot,
+                    Vector2::new(-normal.y, normal.x),
+                    half,
+                    hint,
+                    height.abs() - arc.radius,
+                    arc,
+                )
             }
             (Self::Arc(a), Self::Arc(b)) => {
                 let apart = b.center - a.center;
@@ -197,7 +203,11 @@ impl Chain {
 
     /// Along the profile where its normal is `normal`.
     fn along(&self, normal: Vector2<f64>) -> Vector2<f64> {
-        if self.material_right { Vector2::new(normal.y, -normal.x) } else { Vector2::new(-normal.y, normal.x) }
+        if self.material_right {
+            Vector2::new(normal.y, -normal.x)
+        } else {
+            Vector2::new(-normal.y, normal.x)
+        }
     }
 
     fn normals_at(&self, k: usize, corner: &Vector2<f64>) -> [Vector2<f64>; 2] {

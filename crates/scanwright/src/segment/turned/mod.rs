@@ -17,8 +17,8 @@ use super::field::Field;
 use super::finish::Regions;
 use crate::math::Axis;
 use crate::par;
-use run::Run;
 pub(super) use run::Resolved;
+use run::Run;
 
 /// Regions of fewer vertices show no axis that others could turn about.
 const MIN_AXIS_VERTICES: usize = 100;

@@ -79,11 +79,13 @@ pub(super) fn runs(
                     contacts[n as usize] += if narrow[n as usize] { 0 } else { count };
                 }
             }
-            let mut ends: Vec<u32> = (0..members.len() as u32).filter(|&n| contacts[n as usize] > 0).collect();
+            let mut ends: Vec<u32> =
+                (0..members.len() as u32).filter(|&n| contacts[n as usize] > 0).collect();
             ends.sort_by_key(|&n| (std::cmp::Reverse(contacts[n as usize]), n));
             /// Share of the second end's contacts from which a third makes the run no chain.
             const FORK: f64 = 0.2;
-            if ends.len() > 2 && contacts[ends[2] as usize] as f64 > FORK * contacts[ends[1] as usize] as f64 {
+            if ends.len() > 2 && contacts[ends[2] as usize] as f64 > FORK * contacts[ends[1] as usize] as f64
+            {
                 return None;
             }
             ends.truncate(2);
@@ -154,8 +156,7 @@ fn piece_of(field: &Field, frame: &Frame, fit: &Fit, members: &[u32]) -> Option<
         Surface::Cone(s) => {
             let (sin, cos) = s.half_angle.sin_cos();
             let up = s.axis.direction.dot(&frame.z).signum();
-            is_along(&s.axis, frame, ALIGNED, field.spacing)
-                .then(|| Vector2::new(cos, -sin * up) * side)?
+            is_along(&s.axis, frame, ALIGNED, field.spacing).then(|| Vector2::new(cos, -sin * up) * side)?
         }
         Surface::Sphere(s) => {
             let center = frame.local(&s.center);
@@ -184,12 +185,7 @@ fn piece_of(field: &Field, frame: &Frame, fit: &Fit, members: &[u32]) -> Option<
 }
 
 /// The table as the end of a run that stands on it.
-fn ground(
-    field: &Field,
-    frame: &Frame,
-    run: &[u32],
-    members: &[Vec<u32>],
-) -> Option<(Option<u32>, Piece)> {
+fn ground(field: &Field, frame: &Frame, run: &[u32], members: &[Vec<u32>]) -> Option<(Option<u32>, Piece)> {
     let fit = field.ground?;
     let stands = run.iter().flat_map(|&k| &members[k as usize]).any(|&v| field.ground_near(v).is_some());
     let Surface::Plane(plane) = fit.surface else { return None };
@@ -217,14 +213,12 @@ impl Run {
     pub fn resolved(&self, field: &Field, regions: &Regions, members: &[Vec<u32>]) -> Option<Resolved> {
         let (vertices, start) = self.vertices(field, regions, members);
         let means = profile::means(field, &self.frame, &vertices, &start)?;
-        let scale = Scale {
-            sigma: field.weights.distance_sigma,
-            blur: field.blur,
-            spacing: field.spacing,
-        };
+        let scale = Scale { sigma: field.weights.distance_sigma, blur: field.blur, spacing: field.spacing };
         let before = self.before(field, regions, &vertices, &means, &scale)?;
         let best = self.best_chain(&means, &scale)?;
-        if best.systematic > MAX_SYSTEMATIC || best.cost > (before.cost - CLEARLY_BETTER).min(REMAINING * before.cost) {
+        if best.systematic > MAX_SYSTEMATIC
+            || best.cost > (before.cost - CLEARLY_BETTER).min(REMAINING * before.cost)
+        {
             return None;
         }
         let outline = best.chain.outline(&means, field.spacing)?;
@@ -292,7 +286,13 @@ impl Run {
             _ => 3,
         };
         let n_free = self.regions.iter().map(freedom).sum();
-        let chain = Chain { pieces: Vec::new(), hints: Vec::new(), radii: Vec::new(), material_right: true, known: [true; 2] };
+        let chain = Chain {
+            pieces: Vec::new(),
+            hints: Vec::new(),
+            radii: Vec::new(),
+            material_right: true,
+            known: [true; 2],
+        };
         Some(Outline::through(feet, &normals).held_against(means, scale, n_free, chain))
     }
 
@@ -350,9 +350,8 @@ impl Run {
                     .collect();
                 best.push(next);
             }
-            let end = (1..=n).min_by(|&a, &b| {
-                (best[k][a].0 + on_last[a]).total_cmp(&(best[k][b].0 + on_last[b]))
-            });
+            let end =
+                (1..=n).min_by(|&a, &b| (best[k][a].0 + on_last[a]).total_cmp(&(best[k][b].0 + on_last[b])));
             let Some(mut to) = (if last.is_some() { end } else { Some(n) }) else { continue };
             if last.is_none() && k == 0 {
                 continue;
@@ -445,7 +444,8 @@ impl Run {
         let sin = -n.y * n.x.signum();
         let direction = if sin > 0.0 { z } else { -z };
         let half_angle = sin.abs().asin();
-        let surface = Surface::Cone(Cone { axis: Axis { origin: center, direction }, radius: at.x, half_angle });
+        let surface =
+            Surface::Cone(Cone { axis: Axis { origin: center, direction }, radius: at.x, half_angle });
         Fit { surface, outward }
     }
 
@@ -556,7 +556,8 @@ fn squared(mut best: Fitted, means: &[Mean], scale: &Scale) -> Fitted {
     const UNSEEN: f64 = 2.0;
     let mut fixed = Vec::new();
     for k in 0..best.chain.pieces.len() {
-        let is_known = k == 0 && best.chain.known[0] || k + 1 == best.chain.pieces.len() && best.chain.known[1];
+        let is_known =
+            k == 0 && best.chain.known[0] || k + 1 == best.chain.pieces.len() && best.chain.known[1];
         let Piece::Line(line) = best.chain.pieces[k] else { continue };
         let square = (line.angle / FRAC_PI_2).round() * FRAC_PI_2;
         let tilt = (line.angle - square).abs();
@@ -606,7 +607,8 @@ impl Sums {
         let d: Vec<f64> = b.iter().zip(a).map(|(b, a)| b - a).collect();
         let w = d[0].max(f64::MIN_POSITIVE);
         let center = Vector2::new(d[1] / w, d[2] / w);
-        let second = [d[3] - w * center.x * center.x, d[4] - w * center.x * center.y, d[5] - w * center.y * center.y];
+        let second =
+            [d[3] - w * center.x * center.x, d[4] - w * center.x * center.y, d[5] - w * center.y * center.y];
         (d[0], center, second)
     }
 

@@ -1,0 +1,131 @@
+//! Faces that only show what they are together: narrow turned ones in their profile, lands on one round, bores across
+//! what was not seen, lands of thin wedges. The spot is nearly as wide as the vertex spacing, which is one.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use scanwright::math::{Point3, Vec3};
+use scanwright::surface::{Cylinder, Surface, SurfaceKind};
+
+use crate::scanned::box_distance;
+use crate::segmentation::{SPOT, kinds, regions_of, seen, segmented, without};
+
+fn from_z(p: &Point3) -> f64 {
+    p.x.hypot(p.y)
+}
+
+#[test]
+fn a_bore_seen_little_of_from_both_mouths_is_one_region() {
+    // Deep in the block the mesh winds like material: hardly anything of what surrounds the place is missing.
+    let (radius, half) = (5.0, 22.0);
+    let from_axis = |p: &Point3| p.y.hypot(p.z);
+    let distance = |p: &Point3| box_distance(p, [0.0; 3], [half, 9.0, 9.0]).max(radius - from_axis(p));
+    let mesh = seen(distance, SPOT, [-24.5, -11.5, -11.5], [24.5, 11.5, 11.5]);
+    let mesh = without(&mesh, |p| p.x.abs() < half - 7.0 && from_axis(p) < radius + 1.0);
+    let segmentation = segmented(&mesh, SPOT);
+    let mut walls = regions_of(&mesh, &segmentation, |p| {
+        (from_axis(p) - radius).abs() < 0.5 && p.x.abs() > half - 6.0 && p.x.abs() < half - 1.5
+    });
+    walls.retain(|w| w.1 > 40);
+    assert_eq!(walls.len(), 1, "{walls:?} of {:?}", kinds(&segmentation));
+}
+
+#[test]
+fn a_cross_hole_ends_at_a_bore_that_was_not_seen_there() {
+    let (outer, bore, hole) = (15.0, 9.5, 3.5);
+    let from_x = |p: &Point3| p.y.hypot(p.z);
+    let distance = |p: &Point3| {
+        let tube = (from_z(p) - outer).max(bore - from_z(p)).max(p.z.abs() - 16.0);
+        tube.max(hole - from_x(p))
+    };
+    let mesh = seen(distance, SPOT, [-17.5, -17.5, -18.5], [17.5, 17.5, 18.5]);
+    let mesh = without(&mesh, |p| from_z(p) < bore + 0.6 && p.z.abs() < 8.0 && p.x.abs() > 0.6 * bore);
+    let segmentation = segmented(&mesh, SPOT);
+    let mut walls = regions_of(&mesh, &segmentation, |p| {
+        (from_x(p) - hole).abs() < 0.5 && from_z(p) > bore + 1.5 && from_z(p) < outer - 1.5
+    });
+    walls.retain(|w| w.1 > 30);
+    assert_eq!(walls.len(), 2, "{walls:?} of {:?}", kinds(&segmentation));
+}
+
+#[test]
+fn lands_of_a_splined_shaft_share_one_cylinder() {
+    let (tip, root, inner, n_teeth, half_slot) = (26.0, 21.0, 13.0, 18.0, 2.9);
+    let distance = |p: &Point3| {
+        let pitch = TAU / n_teeth;
+        let turn = (p.y.atan2(p.x) / pitch).round() * pitch;
+        let across = p.y * turn.cos() - p.x * turn.sin();
+        let slot = (across.abs() - half_slot).max(root - from_z(p));
+        (from_z(p) - tip).max(-slot).max(inner - from_z(p))
+    };
+    let mesh = seen(distance, SPOT, [-28.5, -28.5, 0.0], [28.5, 28.5, 22.0]);
+    let segmentation = segmented(&mesh, SPOT);
+    let is_land = |c: &Cylinder| {
+        (c.radius - tip).abs() < 0.4
+            && c.axis.direction.z.abs() > 0.9999
+            && c.axis.radial(&Point3::origin()).norm() < 0.4
+    };
+    let lands = segmentation
+        .primitives
+        .iter()
+        .filter(|p| p.outward && matches!(p.surface, Some(Surface::Cylinder(c)) if is_land(&c)))
+        .count();
+    assert!(lands >= 16, "{lands} lands of {:?}", kinds(&segmentation));
+}
+
+/// A tube whose mouth is chamfered inside and outside, `leg` of each.
+fn chamfered_mouth(leg: f64) -> impl Fn(&Point3) -> f64 {
+    let (outer, inner) = (18.0, 18.0 - 2.0 * leg - 3.2);
+    move |p: &Point3| {
+        let (r, top) = (from_z(p), p.z);
+        let sides = (r - outer).max(inner - r).max(top);
+        sides.max((r - outer + top + leg) * FRAC_1_SQRT_2).max((inner - r + top + leg) * FRAC_1_SQRT_2)
+    }
+}
+
+#[test]
+fn chamfer_ring_and_chamfer_are_told_apart_by_their_profile() {
+    let leg = 2.4;
+    let mesh = seen(chamfered_mouth(leg), SPOT, [-20.5, -20.5, -16.0], [20.5, 20.5, 3.5]);
+    let segmentation = segmented(&mesh, SPOT);
+    let expected = [
+        SurfaceKind::Plane,
+        SurfaceKind::Cylinder,
+        SurfaceKind::Cylinder,
+        SurfaceKind::Cone,
+        SurfaceKind::Cone,
+    ];
+    assert_eq!(kinds(&segmentation), expected.map(Some));
+    for surface in segmentation.primitives.iter().filter_map(|p| p.surface) {
+        match surface {
+            Surface::Plane(plane) => {
+                let height = plane.signed_distance(&Point3::origin()).abs();
+                assert!(height < 0.15, "the ring lies {height} off");
+            }
+            Surface::Cone(cone) => {
+                let off = (cone.half_angle.to_degrees() - 45.0).abs();
+                assert!(off < 4.0, "a chamfer is {off} degrees off");
+            }
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn a_land_of_two_spacings_on_a_thin_wedge_is_put_in() {
+    // A wedge of 45 degrees whose edge is cut off: no region shows the land, but the edge is too blunt for any spot.
+    let width = 2.0;
+    let wedge = |p: &Point3| p.x.max((p.z - p.x) * FRAC_1_SQRT_2);
+    let blunt = |p: &Point3| wedge(p).max(p.z + width);
+    let (lo, hi) = ([-16.5, 0.0, -19.5], [2.5, 60.0, 2.5]);
+    let segmentation = segmented(&seen(blunt, SPOT, lo, hi), SPOT);
+    assert_eq!(kinds(&segmentation), [Some(SurfaceKind::Plane); 3]);
+    let land = segmentation.primitives.iter().find_map(|p| match p.surface {
+        Some(Surface::Plane(plane)) if plane.normal.angle(&Vec3::z()).to_degrees() < 12.0 => Some(plane),
+        _ => None,
+    });
+    let off = land.expect("a land").signed_distance(&Point3::new(-0.5 * width, 30.0, -width)).abs();
+    assert!(off < 0.3, "the land lies {off} off");
+    // A sharp wedge under the same spot has none.
+    let sharp = segmented(&seen(wedge, SPOT, lo, hi), SPOT);
+    assert_eq!(kinds(&sharp), [Some(SurfaceKind::Plane); 2]);
+}
