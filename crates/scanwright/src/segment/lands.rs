@@ -9,6 +9,7 @@
 use super::field::Field;
 use super::finish::Regions;
 use super::primitive;
+use super::turned::axes;
 use crate::fit::{Fit, Samples, refine};
 use crate::math::{Axis, stats, try_unit};
 use crate::par;
@@ -17,8 +18,6 @@ use crate::surface::{Cylinder, Surface, SurfaceKind};
 
 /// Fewer strips round an axis may be the sides of a square or the ends of ribs.
 const MIN_LANDS: usize = 5;
-/// Cylinders of fewer vertices show no axis that others could be measured from.
-const MIN_AXIS_VERTICES: usize = 100;
 /// Samples per region in a test.
 const N_TEST: usize = 200;
 /// Cost by which the common cylinder may describe a strip worse than its own surface: an own tilt explains noise.
@@ -78,7 +77,7 @@ impl Round {
 pub(super) fn find(field: &Field, regions: &mut Regions) -> Vec<Round> {
     let members = regions.members();
     let mut rounds: Vec<Round> = Vec::new();
-    for (axis_of, axis) in axes(field, regions, &members) {
+    for (axis_of, axis) in axes(field, regions, &members, |kind| kind == SurfaceKind::Cylinder) {
         let about_axis = par::map_indices(members.len(), |k| {
             let is_land = rounds.iter().any(|round| round.lands.contains(&(k as u32)));
             let fit = regions.fits[k].filter(|_| k != axis_of && !is_land)?;
@@ -98,29 +97,6 @@ pub(super) fn find(field: &Field, regions: &mut Regions) -> Vec<Round> {
         }
     }
     rounds
-}
-
-/// The axes of the part's cylinders, best seen first, each once, with their regions.
-fn axes(field: &Field, regions: &Regions, members: &[Vec<u32>]) -> Vec<(usize, Axis)> {
-    /// Sine below which two axes are parallel.
-    const PARALLEL: f64 = 0.02;
-    let mut cylinders: Vec<usize> = (0..members.len())
-        .filter(|&k| members[k].len() >= MIN_AXIS_VERTICES)
-        .filter(|&k| regions.fits[k].is_some_and(|f| f.surface.kind() == SurfaceKind::Cylinder))
-        .collect();
-    cylinders.sort_by_key(|&k| (std::cmp::Reverse(members[k].len()), k));
-    let mut axes: Vec<(usize, Axis)> = Vec::new();
-    for k in cylinders {
-        let Some(axis) = regions.fits[k].and_then(|f| f.surface.axis()) else { continue };
-        let is_known = axes.iter().any(|(_, known)| {
-            known.direction.cross(&axis.direction).norm() < PARALLEL
-                && known.radial(&axis.origin).norm() < field.spacing
-        });
-        if !is_known {
-            axes.push((k, axis));
-        }
-    }
-    axes
 }
 
 /// A narrow region that faces some axis or away from it.

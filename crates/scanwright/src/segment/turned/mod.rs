@@ -17,6 +17,7 @@ use super::field::Field;
 use super::finish::Regions;
 use crate::math::Axis;
 use crate::par;
+use crate::surface::SurfaceKind;
 pub(super) use run::Resolved;
 use run::Run;
 
@@ -26,7 +27,7 @@ const MIN_AXIS_VERTICES: usize = 100;
 /// Replaces runs of narrow turned faces by those that their common profile shows.
 pub(super) fn resolve(field: &Field, regions: &mut Regions) {
     let mut tried = Vec::new();
-    for (_, axis) in axes(field, regions, &regions.members()) {
+    for (_, axis) in axes(field, regions, &regions.members(), |_| true) {
         let members = regions.members();
         let runs = run::runs(field, regions, &members, &axis, &tried);
         let found = par::map(&runs, |run: &Run| run.resolved(field, regions, &members));
@@ -39,13 +40,20 @@ pub(super) fn resolve(field: &Field, regions: &mut Regions) {
     regions.compact();
 }
 
-/// The axes that regions turn about, best seen first, each once, with their regions.
-pub(super) fn axes(field: &Field, regions: &Regions, members: &[Vec<u32>]) -> Vec<(usize, Axis)> {
+/// The axes that regions of the wanted kinds turn about, best seen first, each once, with their regions.
+pub(super) fn axes(
+    field: &Field,
+    regions: &Regions,
+    members: &[Vec<u32>],
+    is_wanted: impl Fn(SurfaceKind) -> bool,
+) -> Vec<(usize, Axis)> {
     /// Sine below which two axes are parallel.
     const PARALLEL: f64 = 0.02;
     let mut turned: Vec<usize> = (0..members.len())
         .filter(|&k| members[k].len() >= MIN_AXIS_VERTICES)
-        .filter(|&k| regions.fits[k].is_some_and(|f| f.surface.axis().is_some()))
+        .filter(|&k| {
+            regions.fits[k].is_some_and(|f| f.surface.axis().is_some() && is_wanted(f.surface.kind()))
+        })
         .collect();
     turned.sort_by_key(|&k| (regions.fits[k].map(|f| f.surface.kind()), Reverse(members[k].len()), k));
     let mut axes: Vec<(usize, Axis)> = Vec::new();

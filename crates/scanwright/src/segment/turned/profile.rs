@@ -86,8 +86,8 @@ fn farthest(counts: &BTreeMap<(i64, i64), usize>, starts: &BTreeSet<(i64, i64)>)
 
 /// Shortest ways from `first` over neighbouring cells, in tenths of a cell.
 fn ways(counts: &BTreeMap<(i64, i64), usize>, first: (i64, i64)) -> BTreeMap<(i64, i64), i64> {
-    /// Cells from one to the next, at most: rows of vertices are two apart, or three where noise has it.
-    const JUMP: i64 = 3;
+    /// Cells from one to the next, at most: one may be missing between two.
+    const JUMP: i64 = 2;
     let mut lengths = BTreeMap::from([(first, 0)]);
     let mut front = BTreeSet::from([(0, first)]);
     while let Some((length, at)) = front.pop_first() {
