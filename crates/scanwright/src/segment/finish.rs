@@ -192,10 +192,8 @@ impl Regions {
         for k in self.of_vertex.iter().flatten() {
             number[*k as usize] = Some(0);
         }
-        let mut n = 0;
-        for slot in number.iter_mut().flatten() {
+        for (n, slot) in (0..).zip(number.iter_mut().flatten()) {
             *slot = n;
-            n += 1;
         }
         let mut kept = number.iter();
         self.fits.retain(|_| kept.next().is_some_and(Option::is_some));

@@ -114,7 +114,7 @@ fn turns(field: &Field, axis: &Axis, members: &[u32]) -> bool {
     const N_SECTORS: usize = 36;
     const MIN_SECTORS: usize = 9;
     let frame = Frame::from_z(axis.origin, axis.direction);
-    let (mut n, mut n_level, mut sectors) = (0, 0, [false; N_SECTORS]);
+    let (mut n, mut n_level, mut sectors) = (0_usize, 0_usize, [false; N_SECTORS]);
     for &v in members.iter().step_by(members.len().div_ceil(N_TEST).max(1)) {
         let radial = axis.radial(&field.points[v as usize]);
         if radial.norm() < 2.0 * field.spacing {
