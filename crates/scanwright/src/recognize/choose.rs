@@ -72,6 +72,17 @@ pub fn choose(
     current
 }
 
+/// Whether a surface that several pieces share describes one of them as well as its own surface does: its mean cost may
+/// be higher by what an own surface saves by following the noise.
+pub fn is_as_good(shared: f64, own: f64) -> bool {
+    excess_cost(shared, own) < 0.5
+}
+
+/// Mean cost of a shared surface beyond what the noise of an own one accounts for: see [`is_as_good`].
+pub fn excess_cost(shared: f64, own: f64) -> f64 {
+    shared - 1.3 * own
+}
+
 /// Fits one type from all its starts.
 pub fn fit_kind(
     kind: SurfaceKind,

@@ -3,7 +3,8 @@
 mod choose;
 
 pub use choose::{
-    COST_CAP, Choice, Limits, TYPE_ORDER, choose, fit_kind, is_better, is_ring_or_lemon, mean_cost,
+    COST_CAP, Choice, Limits, TYPE_ORDER, choose, excess_cost, fit_kind, is_as_good, is_better,
+    is_ring_or_lemon, mean_cost,
 };
 
 use crate::fit::Fit;

@@ -12,7 +12,7 @@ use crate::fit::{Fit, Samples, refine};
 use crate::math::stats;
 use crate::mesh::{Mesh, winding_number};
 use crate::par;
-use crate::recognize::{COST_CAP, mean_cost};
+use crate::recognize::{COST_CAP, is_as_good, mean_cost};
 use crate::surface::{Surface, SurfaceKind};
 
 /// Share of a piece's border that the scan must have left open: less is a scratch, not an end.
@@ -23,23 +23,16 @@ const N_TEST: usize = 200;
 const N_FACING: usize = 400;
 /// Share of the borders facing each other that the scan must have left open.
 const MIN_OPEN: f64 = 0.6;
-/// Cost by which the joint surface may describe a piece worse than its own.
-const EXCESS: f64 = 0.5;
 
 /// The region that each region belongs to (itself, or the lowest of its union), and that region's surface.
 pub(super) fn unions(
     mesh: &Mesh,
     field: &Field,
+    of_vertex: &[Option<u32>],
     fits: &[Option<Fit>],
     members: &[Vec<u32>],
 ) -> (Vec<usize>, Vec<Option<Fit>>) {
     let loops = border_loops(field);
-    let mut regions = vec![None; field.n_vertices()];
-    for (k, members) in members.iter().enumerate() {
-        for &v in members {
-            regions[v as usize] = Some(k);
-        }
-    }
     let pieces: Vec<Piece> =
         par::map_indices(fits.len(), |k| Piece::new(field, fits[k], &members[k], &loops));
     let mut root: Vec<usize> = (0..fits.len()).collect();
@@ -51,11 +44,12 @@ pub(super) fn unions(
     let joint = par::map(&pairs, |&(a, b)| joint(field, &pieces[a], &pieces[b]));
     for ((a, b), fit) in pairs.into_iter().zip(joint) {
         let Some(fit) = fit else { continue };
-        if !faces_across_a_hole(field, &pieces[a], &pieces[b])
-            || ends_at_a_face(field, &fits, &regions, a, &faced(field, &pieces[b], &pieces[a]))
-            || ends_at_a_face(field, &fits, &regions, b, &faced(field, &pieces[a], &pieces[b]))
-            || !may_continue(mesh, field, &fit, &pieces[a], &pieces[b])
-        {
+        // What each piece shows the other.
+        let sides = [(a, faced(field, &pieces[b], &pieces[a])), (b, faced(field, &pieces[a], &pieces[b]))];
+        let ends = |(k, faced): &(usize, Vec<u32>)| {
+            !is_open(field, faced) || ends_at_a_face(field, &fits, of_vertex, *k as u32, faced)
+        };
+        if sides.iter().any(ends) || !may_continue(mesh, field, &fit, &pieces[a], &sides[1].1) {
             continue;
         }
         let (a, b) = (find(&root, a), find(&root, b));
@@ -113,13 +107,10 @@ impl Piece {
     }
 }
 
-/// Whether what lies between the two pieces was not seen: the border of each that faces the other is the scan's.
-fn faces_across_a_hole(field: &Field, a: &Piece, b: &Piece) -> bool {
-    let is_open = |faced: &[u32]| {
-        let n_open = faced.iter().filter(|&&v| field.on_boundary[v as usize]).count();
-        n_open as f64 > MIN_OPEN * faced.len() as f64
-    };
-    is_open(&faced(field, a, b)) && is_open(&faced(field, b, a))
+/// Whether what lies beyond the border of a piece that faces another was not seen: it is the scan's.
+fn is_open(field: &Field, faced: &[u32]) -> bool {
+    let n_open = faced.iter().filter(|&&v| field.on_boundary[v as usize]).count();
+    n_open as f64 > MIN_OPEN * faced.len() as f64
 }
 
 /// Whether the piece ends on that side where another face cuts it off, as a cross hole ends at the bore it opens into:
@@ -127,25 +118,26 @@ fn faces_across_a_hole(field: &Field, a: &Piece, b: &Piece) -> bool {
 fn ends_at_a_face(
     field: &Field,
     fits: &[Option<Fit>],
-    regions: &[Option<usize>],
-    piece: usize,
+    of_vertex: &[Option<u32>],
+    piece: u32,
     faced: &[u32],
 ) -> bool {
+    /// Share of that border that touches the other face: a corner does not end it.
     const MIN_TOUCHING: f64 = 0.2;
     let tolerance = BORDER_RINGS as f64 * field.spacing;
     let touches =
-        |v: u32, k: usize| field.rings.row(v as usize).iter().any(|&u| regions[u as usize] == Some(k));
-    let is_cut_off_by = |k: usize| {
+        |v: u32, k: u32| field.rings.row(v as usize).iter().any(|&u| of_vertex[u as usize] == Some(k));
+    let is_cut_off_by = |k: u32| {
         let n_touching = faced.iter().filter(|&&v| touches(v, k)).count();
         let near =
             |v: &u32, fit: Fit| fit.surface.signed_distance(&field.points[*v as usize]).abs() < tolerance;
         n_touching as f64 > MIN_TOUCHING * faced.len() as f64
-            && fits[k].is_some_and(|fit| faced.iter().all(|v| near(v, fit)))
+            && fits[k as usize].is_some_and(|fit| faced.iter().all(|v| near(v, fit)))
     };
-    let mut others: Vec<usize> = faced
+    let mut others: Vec<u32> = faced
         .iter()
         .flat_map(|&v| field.rings.row(v as usize))
-        .filter_map(|&u| regions[u as usize].filter(|&k| k != piece))
+        .filter_map(|&u| of_vertex[u as usize].filter(|&k| k != piece))
         .collect();
     others.sort_unstable();
     others.dedup();
@@ -153,20 +145,20 @@ fn ends_at_a_face(
 }
 
 /// Whether the joint surface may go on between the pieces: half way there the mesh winds neither like air nor like
-/// material. Deep in a bore it winds like material, as little of what surrounds the place is missing.
-fn may_continue(mesh: &Mesh, field: &Field, fit: &Fit, a: &Piece, b: &Piece) -> bool {
+/// material. Deep in a bore it winds like material, as little of what surrounds the place is missing. `faced`: the border
+/// of the other piece that faces this one.
+fn may_continue(mesh: &Mesh, field: &Field, fit: &Fit, piece: &Piece, faced: &[u32]) -> bool {
     const N_PLACES: usize = 12;
     const LIKE_AIR: f64 = 0.2;
     const LIKE_MATERIAL: f64 = 0.8;
     let is_bore = !fit.outward && matches!(fit.surface.kind(), SurfaceKind::Cylinder | SurfaceKind::Cone);
     let surface_windings = LIKE_AIR..if is_bore { f64::INFINITY } else { LIKE_MATERIAL };
-    let faced = faced(field, a, b);
     let stride = faced.len().div_ceil(N_PLACES).max(1);
     let mut windings: Vec<f64> = faced
         .iter()
         .step_by(stride)
         .filter_map(|&v| {
-            let across = nearest(field, v, &a.border)?;
+            let across = nearest(field, v, &piece.border)?;
             let middle = nalgebra::center(&field.points[v as usize], &field.points[across as usize]);
             Some(winding_number(mesh, &fit.surface.project(&middle)))
         })
@@ -202,12 +194,13 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<Fit> {
     let both = large.samples.followed_by(&small.samples);
     let fit = refine(&start, &both, &field.weights, 20)?;
     let as_good =
-        |piece: &Piece| mean_cost(&fit, &piece.samples, &field.weights) < 1.3 * piece.mean_cost + EXCESS;
+        |piece: &Piece| is_as_good(mean_cost(&fit, &piece.samples, &field.weights), piece.mean_cost);
     (as_good(large) && as_good(small)).then_some(fit)
 }
 
 /// Whether two cylinders are so much alike that short pieces of one, far apart, might have given both.
 fn are_alike(a: &Surface, b: &Surface) -> bool {
+    /// Radians, and ratio of radii: by far more than cylinders that are one differ; the joint fit decides.
     const MAX_ANGLE: f64 = 0.15;
     const MAX_RATIO: f64 = 1.25;
     let (Surface::Cylinder(a), Surface::Cylinder(b)) = (a, b) else { return false };

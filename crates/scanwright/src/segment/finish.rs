@@ -57,7 +57,7 @@ pub(super) fn finish(
         }
     }
     let labels = triangle_labels(mesh, field, &regions, &primitives);
-    let fillets: Vec<u32> = fillets.iter().map(|f| f.region).collect();
+    let fillets: Vec<u32> = fillets.iter().filter(|f| !f.flat).map(|f| f.region).collect();
     let labels = border::sharpened(mesh, adjacency, &labels, &primitives, &fillets);
     Segmentation { labels, primitives }
 }
@@ -148,7 +148,7 @@ impl Regions {
 
     /// Makes one region of each surface seen in several pieces; regions are numbered anew.
     fn join(&mut self, mesh: &Mesh, field: &Field) {
-        let (root, fits) = bridge::unions(mesh, field, &self.fits, &self.members());
+        let (root, fits) = bridge::unions(mesh, field, &self.of_vertex, &self.fits, &self.members());
         let mut number = vec![0; root.len()];
         let mut kept = Vec::new();
         for k in 0..root.len() {

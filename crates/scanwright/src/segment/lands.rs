@@ -13,16 +13,13 @@ use super::turned::axes;
 use crate::fit::{Fit, Samples, refine};
 use crate::math::{Axis, stats, try_unit};
 use crate::par;
-use crate::recognize::{Primitive, mean_cost};
+use crate::recognize::{Primitive, is_as_good, mean_cost};
 use crate::surface::{Cylinder, Surface, SurfaceKind};
 
 /// Fewer strips round an axis may be the sides of a square or the ends of ribs.
 const MIN_LANDS: usize = 5;
 /// Samples per region in a test.
 const N_TEST: usize = 200;
-/// Cost by which the common cylinder may describe a strip worse than its own surface: an own tilt explains noise.
-const EXCESS: f64 = 0.5;
-const WORSE: f64 = 1.3;
 /// Times that the cylinder is fitted to the strips that are on it.
 const ROUNDS: usize = 3;
 /// Steps of each fit.
@@ -140,6 +137,6 @@ impl Strip {
 
     /// Whether `fit` describes the region as well as its own surface does.
     fn is_on(&self, field: &Field, fit: &Fit, members: &[u32]) -> bool {
-        mean_cost(fit, &field.samples(members, N_TEST), &field.weights) < WORSE * self.own_cost + EXCESS
+        is_as_good(mean_cost(fit, &field.samples(members, N_TEST), &field.weights), self.own_cost)
     }
 }

@@ -6,7 +6,7 @@ use super::label::Labels;
 use super::narrow::Rim;
 use crate::fit::Fit;
 use crate::par;
-use crate::recognize::{COST_CAP, Choice, choose, mean_cost};
+use crate::recognize::{COST_CAP, Choice, choose, excess_cost, is_as_good, mean_cost};
 use crate::surface::SurfaceKind;
 
 /// Smallest region that is refitted, in vertices.
@@ -130,10 +130,10 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<(f64, Fit)> {
         .into_iter()
         .filter_map(|previous| choose(&both, n, &field.weights, &field.limits, previous))
         .filter_map(|choice| {
-            let excess_a = mean_cost(&choice.fit, &sa, &field.weights) - 1.3 * a.mean_cost;
-            let excess_b = mean_cost(&choice.fit, &sb, &field.weights) - 1.3 * b.mean_cost;
-            let excess = excess_a.max(excess_b);
-            (excess < 0.5).then_some((excess, choice.fit))
+            let shared = [&sa, &sb].map(|samples| mean_cost(&choice.fit, samples, &field.weights));
+            let own = [a.mean_cost, b.mean_cost];
+            let excess = excess_cost(shared[0], own[0]).max(excess_cost(shared[1], own[1]));
+            (is_as_good(shared[0], own[0]) && is_as_good(shared[1], own[1])).then_some((excess, choice.fit))
         })
         .min_by(|x, y| x.0.total_cmp(&y.0))
 }

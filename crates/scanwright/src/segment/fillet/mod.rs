@@ -4,7 +4,8 @@
 //! the faces beside it. But once those faces are known it has one free parameter, the radius of a ball that rolls
 //! along both, and what the scanner makes of it is known too (`section`). Every strip between two faces, and every
 //! edge, is asked whether a sharp corner, a chamfer or a fillet describes it best (`evidence`); a fillet becomes the
-//! cylinder or torus that is tangent to both faces (`rolling_ball`) and takes the vertices between its contacts.
+//! cylinder or torus that is tangent to both faces (`rolling_ball`) and takes the vertices between its contacts. So do
+//! chamfers of edges where no region shows them, as a plane or cone that takes what is nearest to it.
 
 mod evidence;
 mod rolling_ball;
@@ -24,16 +25,16 @@ use crate::mesh::connected;
 use crate::par;
 use crate::recognize::{COST_CAP, Primitive};
 
-/// A fillet that was put in.
+/// A fillet that was put in, or a chamfer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fillet {
     /// Its own.
     pub region: u32,
-    /// The regions that it is tangent to.
+    /// The regions that it lies between; a fillet is tangent to them.
     sides: [u32; 2],
     convex: bool,
     /// Whether it is a chamfer.
-    flat: bool,
+    pub flat: bool,
 }
 
 impl Fillet {
@@ -317,7 +318,7 @@ fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) 
         return None;
     }
     // Only the width of a narrow chamfer tells it from an edge under a larger spot than the one measured.
-    let chamfer_over_sharp = edge.sharp_with_any_spot().misfit - chamfer.misfit;
+    let chamfer_over_sharp = edge.sharp_with_any_spot().misfit.min(sharp.misfit) - chamfer.misfit;
     let is_chamfer = field.blur_is_measured
         && chamfer_over_sharp >= BETTER_THAN_SHARP + WORSE_THAN_CHAMFER
         && over_chamfer <= -WORSE_THAN_CHAMFER

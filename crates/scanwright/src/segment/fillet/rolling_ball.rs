@@ -1,16 +1,16 @@
-//! The surface that a ball of one radius leaves as it rolls along two others: a cylinder or a torus.
+//! The surface that a ball of one radius leaves as it rolls along two others, a cylinder or a torus; and that of a flat
+//! that breaks their edge, a plane or a cone.
 //!
 //! It is one of the five only where both surfaces sweep the same section along a line or about an axis; other pairs
-//! have no analytic fillet. The centre of the ball is found in space by Newton's method on the two signed distances:
+//! have no analytic fillet or chamfer. The centre of the ball is found in space by Newton's method on the two signed distances:
 //! their gradients stay in the section, so no section is ever cut.
-
-use std::f64::consts::FRAC_PI_2;
 
 use super::section::Corner;
 use crate::fit::Fit;
 use crate::math::{Axis, Point3, UnitVec3, Vec3, try_unit};
 use crate::recognize::is_ring_or_lemon;
-use crate::surface::{Cone, Cylinder, Plane, Surface, Torus};
+use crate::segment::turned::turned_line;
+use crate::surface::{Cylinder, Plane, Surface, Torus};
 
 /// What two surfaces that share an edge have in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,39 +86,23 @@ impl Sweep {
     /// The chamfer whose normal is turned by `share` of the angle from that of `a` to that of `b`, `depth` below the
     /// sharp edge: a plane along a straight edge, else a cone about its axis.
     fn chamfer(&self, a: &Fit, b: &Fit, share: f64, depth: f64, convex: bool, start: &Point3) -> Option<Fit> {
-        let edge = ball_center(a, b, 0.0, convex, start)?;
+        let edge = ball_center(a, b, 0.0, convex, start, depth)?;
         let (na, nb) = (a.distance_and_outward_normal(&edge).1, b.distance_and_outward_normal(&edge).1);
         let angle = na.dot(&nb).clamp(-1.0, 1.0).acos();
         let normal = try_unit(na * ((1.0 - share) * angle).sin() + nb * (share * angle).sin())?;
         let point = edge - normal.into_inner() * if convex { depth } else { -depth };
-        let plane = Fit { surface: Surface::Plane(Plane { point, normal }), outward: true };
-        match self {
-            Self::Along(_) => Some(plane),
+        Some(match self {
+            Self::Along(_) => Fit { surface: Surface::Plane(Plane { point, normal }), outward: true },
             Self::About(axis, direction) => {
-                let axis = Axis { origin: axis.foot(&point), direction: *direction };
-                let radial = axis.radial(&point);
-                let radius = radial.norm();
-                let outward = normal.dot(&radial) > 0.0;
-                let natural = if outward { normal.into_inner() } else { -normal.into_inner() };
-                let sin = -natural.dot(direction);
-                let axis = if sin < 0.0 { Axis { direction: -*direction, ..axis } } else { axis };
-                let half_angle = sin.abs().clamp(0.0, 1.0).asin();
-                let surface = if half_angle < MAX_ANGLE {
-                    Surface::Cylinder(Cylinder { axis, radius })
-                } else if half_angle > FRAC_PI_2 - MAX_ANGLE {
-                    return Some(plane);
-                } else {
-                    Surface::Cone(Cone { axis, radius, half_angle })
-                };
-                Some(Fit { surface, outward })
+                turned_line(&Axis { direction: *direction, ..*axis }, &point, &normal, MAX_ANGLE)
             }
-        }
+        })
     }
 
     /// The fillet of `radius` between `a` and `b` nearest to `start`; `convex`: it rounds an edge of the part off,
     /// else it fills a corner.
     pub fn fillet(&self, a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Fit> {
-        let center = ball_center(a, b, radius, convex, start)?;
+        let center = ball_center(a, b, radius, convex, start, radius)?;
         let surface = match self {
             Self::Along(direction) => {
                 Surface::Cylinder(Cylinder { axis: Axis { origin: center, direction: *direction }, radius })
@@ -139,12 +123,12 @@ impl Sweep {
     }
 }
 
-/// Centre of a ball that touches both surfaces: inside the material under a convex edge, outside in a concave one.
-fn ball_center(a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3) -> Option<Point3> {
+/// Centre of a ball that touches both surfaces: inside the material under a convex edge, outside in a concave one. A ball
+/// of no radius is a point of the edge itself. `size`: length that the centre is exact to a small share of.
+fn ball_center(a: &Fit, b: &Fit, radius: f64, convex: bool, start: &Point3, size: f64) -> Option<Point3> {
     const STEPS: usize = 20;
-    /// Of the radius: distances are exact to some 1e-15 of coordinates that may be a million times larger.
+    /// Of the size: distances are exact to some 1e-15 of coordinates that may be a million times larger.
     const EXACT: f64 = 1e-9;
-    let size = radius.max(1e-3 * start.coords.norm()).max(f64::MIN_POSITIVE);
     let wanted = if convex { -radius } else { radius };
     let mut center = *start;
     for _ in 0..STEPS {

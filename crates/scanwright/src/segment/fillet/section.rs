@@ -4,10 +4,11 @@
 //! width of the edge, corner, chamfer and fillet are chains of straight facets in these coordinates (the fillet many),
 //! and the signed distance of a convex chain is `L_0 + sum_k max(0, L_{k+1} - L_k)` of the facets' distances `L`.
 //! Each term is a kink along a line, whose blur by a Gaussian has a closed form (see `edge`); so has the sum.
+//! Beside a thin wedge that is not the distance, and the true one is averaged over the spot.
 
 use nalgebra::Vector2;
 
-use crate::math::blur::blurred_magnitude;
+use crate::math::blur::{averaged_distance, blurred_magnitude};
 
 /// A point in the section of two surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,27 +64,21 @@ pub(super) enum Corner {
 /// Angle between the surfaces, radians, from which a thin wedge's outside matters: there the nearest point is the corner
 /// itself, not a facet.
 const WEDGE: f64 = 1.9;
-/// Places per axis at which the field of a wedge is averaged over the spot, and their range in its deviations.
-const N_SPOT: i32 = 9;
-const SPOT_REACH: f64 = 3.0;
 
 /// Largest turn between the facets that stand for an arc, radians: their corners are 0.1 % of the radius outside it.
 const FACET_TURN: f64 = 0.15;
 
 impl Corner {
-    /// Distance of a place to the corner seen with a spot of deviation `blur`.
+    /// Distance of a place to the corner seen with a spot of deviation `blur`; a sharp edge has its own.
     pub fn distance(&self, place: &Place, blur: f64) -> f64 {
+        let blur = if let Self::Sharp { blur } = *self { blur } else { blur };
         if place.angle > WEDGE {
-            return self.averaged_distance(
-                place,
-                match *self {
-                    Self::Sharp { blur } => blur,
-                    _ => blur,
-                },
-            );
+            let (sin, cos) = place.angle.sin_cos();
+            let at = Vector2::new(place.a, (place.b - cos * place.a) / sin);
+            return averaged_distance(&at, blur, |p| self.field(p, place.angle));
         }
         match *self {
-            Self::Sharp { blur } => chain(place, blur, 1, |_| 0.0),
+            Self::Sharp { .. } => chain(place, blur, 1, |_| 0.0),
             Self::Chamfer { share, depth } => {
                 let turn = share * place.angle;
                 let facets = [(0.0, 0.0), (turn, -depth), (place.angle, 0.0)];
@@ -96,27 +91,6 @@ impl Corner {
                 chain(place, blur, n, below)
             }
         }
-    }
-}
-
-impl Corner {
-    /// Distance of a place to the corner of a thin wedge: the unblurred field, averaged over the spot, over its slope.
-    fn averaged_distance(&self, place: &Place, blur: f64) -> f64 {
-        let (sin, cos) = place.angle.sin_cos();
-        let at = Vector2::new(place.a, (place.b - cos * place.a) / sin);
-        let step = 2.0 * SPOT_REACH / f64::from(N_SPOT);
-        let offsets = (0..N_SPOT).map(|i| (f64::from(i) + 0.5) * step - SPOT_REACH);
-        let (mut sum, mut slope, mut total) = (0.0, Vector2::zeros(), 0.0);
-        for x in offsets.clone() {
-            for y in offsets.clone() {
-                let weight = (-0.5 * (x * x + y * y)).exp();
-                let (distance, normal) = self.field(&(at + Vector2::new(x, y) * blur), place.angle);
-                sum += weight * distance;
-                slope += normal * weight;
-                total += weight;
-            }
-        }
-        sum / total / (slope.norm() / total).max(0.1)
     }
 
     /// Signed distance of a point in the section to the corner, and its gradient. The first surface's normal is the x

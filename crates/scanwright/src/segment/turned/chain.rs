@@ -6,12 +6,13 @@
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
-use super::profile::Mean;
+use super::profile::{Mean, foot};
+use crate::math::blur::{SPOT_REACH, averaged_distance};
 
 /// A straight line: points with `normal . x = offset`, the normal out of the material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
-    /// Direction of the normal, radians from the radial direction towards the axis.
+    /// Direction of the normal, radians, from the radial direction towards that of the axis.
     pub angle: f64,
     pub offset: f64,
 }
@@ -86,6 +87,8 @@ impl Piece {
 
     /// Where two pieces meet, near `hint`; where they only just miss each other, between them.
     fn meets(&self, other: &Self, hint: &Vector2<f64>) -> Option<Vector2<f64>> {
+        /// Of the radius: nearer centres have no direction between them, for rounding makes it.
+        const CONCENTRIC: f64 = 1e-9;
         match (self, other) {
             (Self::Line(a), Self::Line(b)) => a.meets(b),
             (Self::Line(line), Self::Arc(arc)) | (Self::Arc(arc), Self::Line(line)) => {
@@ -105,7 +108,7 @@ impl Piece {
             (Self::Arc(a), Self::Arc(b)) => {
                 let apart = b.center - a.center;
                 let length = apart.norm();
-                if length < 1e-9 * a.radius {
+                if length < CONCENTRIC * a.radius {
                     return None;
                 }
                 let along = (length * length + a.radius * a.radius - b.radius * b.radius) / (2.0 * length);
@@ -170,14 +173,20 @@ pub(super) struct Outline {
     normals: Vec<Vector2<f64>>,
 }
 
-/// A chain with its deviations.
-#[derive(Debug, Clone)]
-pub(super) struct Fitted {
-    pub chain: Chain,
+/// Deviations of a chain.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Misfit {
     /// Squared deviations of the means in units of their noise, and the price of the parameters.
     pub cost: f64,
     /// Root mean square deviation in units of one vertex's noise.
     pub systematic: f64,
+}
+
+/// A chain with its deviations.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    pub chain: Chain,
+    pub misfit: Misfit,
 }
 
 /// Noise of one vertex, the spot, the vertex spacing.
@@ -349,6 +358,11 @@ impl Chain {
     /// Fits the free pieces and radii to the means. `fixed_angles`: lines whose direction stays.
     pub fn fitted(&self, means: &[Mean], scale: &Scale, fixed_angles: &[usize]) -> Option<Fitted> {
         const STEPS: usize = 12;
+        /// First damping, as a share of the information, and the gain in cost from which a step is the last.
+        const DAMPING: f64 = 1e-2;
+        const DONE: f64 = 1e-3;
+        /// Information on parameters that the means do not show, so that these stay; costs are of the order of one.
+        const UNSHOWN: f64 = 1e-9;
         let mut frozen = Vec::new();
         let mut place = 0;
         for k in self.free() {
@@ -359,7 +373,7 @@ impl Chain {
         }
         let mut x = self.parameters();
         let mut residuals = self.residuals(means, scale)?;
-        let mut damping = 1e-2;
+        let mut damping = DAMPING;
         for _ in 0..STEPS {
             if x.is_empty() {
                 break;
@@ -369,7 +383,7 @@ impl Chain {
             let gradient = jacobian.transpose() * &residuals;
             let mut damped = normal.clone();
             for i in 0..x.len() {
-                damped[(i, i)] += damping * normal[(i, i)].max(1e-9) + 1e-9;
+                damped[(i, i)] += damping * normal[(i, i)].max(UNSHOWN) + UNSHOWN;
             }
             let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else { break };
             let next = &x - step;
@@ -377,7 +391,7 @@ impl Chain {
                 Some(r) if r.norm_squared() < residuals.norm_squared() => {
                     let gain = residuals.norm_squared() - r.norm_squared();
                     (x, residuals, damping) = (next, r, damping * 0.3);
-                    if gain < 1e-3 {
+                    if gain < DONE {
                         break;
                     }
                 }
@@ -392,7 +406,8 @@ impl Chain {
         let n_rounded = (0..self.radii.len()).filter(is_rounded_edge).count();
         let n_free = x.len() - frozen.len() + n_arcs + n_rounded;
         let outline = chain.outline(means, scale.spacing)?;
-        Some(outline.held_against(means, scale, n_free, chain))
+        let misfit = outline.held_against(means, scale, n_free);
+        Some(Fitted { chain, misfit })
     }
 
     /// Which parameters are angles.
@@ -424,7 +439,7 @@ impl Chain {
         means: &[Mean],
         scale: &Scale,
     ) -> DMatrix<f64> {
-        /// Of the spacing, and of a radian.
+        /// Of the spacing, and of a radian: differences far above rounding, far below what the spot resolves.
         const STEP: f64 = 1e-3;
         let angles = self.angles();
         let mut jacobian = DMatrix::zeros(means.len(), x.len());
@@ -438,13 +453,6 @@ impl Chain {
         }
         jacobian
     }
-}
-
-/// The point of a segment nearest to `at`, and its place between the ends.
-fn foot(segment: &[Vector2<f64>], at: &Vector2<f64>) -> (Vector2<f64>, f64) {
-    let along = segment[1] - segment[0];
-    let t = ((at - segment[0]).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    (segment[0] + along * t, t)
 }
 
 impl Outline {
@@ -467,7 +475,7 @@ impl Outline {
     /// The element nearest to a point, of those that are not `skipped`.
     pub fn nearest(&self, at: &Vector2<f64>, skipped: impl Fn(Element) -> bool) -> Element {
         let segments = self.points.windows(2).zip(&self.elements).filter(|(_, e)| !skipped(**e));
-        let off = |p: &[Vector2<f64>]| (foot(p, at).0 - at).norm_squared();
+        let off = |p: &[Vector2<f64>]| (foot([p[0], p[1]], at).0 - at).norm_squared();
         let nearest = segments.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
         nearest.map_or(Element::Piece(0), |(_, e)| *e)
     }
@@ -488,7 +496,7 @@ impl Outline {
     fn nearest_segment(&self, at: &Vector2<f64>) -> (usize, f64, f64) {
         let mut best = (0, f64::INFINITY, 0.0);
         for (k, p) in self.points.windows(2).enumerate() {
-            let (foot, t) = foot(p, at);
+            let (foot, t) = foot([p[0], p[1]], at);
             let distance_sq = (foot - at).norm_squared();
             if distance_sq < best.1 {
                 best = (k, distance_sq, t);
@@ -516,31 +524,15 @@ impl Outline {
 
     /// Distance to the chain as a scanner with this spot sees it.
     fn blurred(&self, at: &Vector2<f64>, blur: f64) -> f64 {
-        /// Places per axis at which the field is averaged, and their range in deviations of the spot.
-        const N: i32 = 9;
-        const REACH: f64 = 3.0;
+        /// Chords hide kinks between their ends: a little farther than the spot.
+        const NEAR: f64 = 1.2 * SPOT_REACH;
         let inner = &self.points[1..self.points.len().max(2) - 1];
-        let is_near = inner.iter().any(|p| (p - at).norm_squared() < (1.2 * REACH * blur).powi(2));
-        if blur <= 0.0 || !is_near {
-            return self.field(at).0;
-        }
-        let step = 2.0 * REACH / f64::from(N);
-        let offsets = (0..N).map(|i| (f64::from(i) + 0.5) * step - REACH);
-        let (mut sum, mut slope, mut total) = (0.0, Vector2::zeros(), 0.0);
-        for x in offsets.clone() {
-            for y in offsets.clone() {
-                let weight = (-0.5 * (x * x + y * y)).exp();
-                let (distance, normal) = self.field(&(at + Vector2::new(x, y) * blur));
-                sum += weight * distance;
-                slope += normal * weight;
-                total += weight;
-            }
-        }
-        sum / total / (slope.norm() / total).max(0.1)
+        let is_near = inner.iter().any(|p| (p - at).norm_squared() < (NEAR * blur).powi(2));
+        if blur > 0.0 && is_near { averaged_distance(at, blur, |p| self.field(p)) } else { self.field(at).0 }
     }
 
-    /// The deviations of `chain`, whose outline this is, from the means.
-    pub fn held_against(&self, means: &[Mean], scale: &Scale, n_free: usize, chain: Chain) -> Fitted {
+    /// How the outline of a chain with `n_free` parameters deviates from the means.
+    pub fn held_against(&self, means: &[Mean], scale: &Scale, n_free: usize) -> Misfit {
         let (mut misfit, mut sum_sq, mut n) = (0.0, 0.0, 0.0);
         for mean in means {
             let square = (self.blurred(&mean.at, scale.blur) / scale.sigma).clamp(-CLIP, CLIP).powi(2);
@@ -549,6 +541,6 @@ impl Outline {
             n += mean.count;
         }
         let cost = misfit + PRICE * n_free as f64;
-        Fitted { chain, cost, systematic: (sum_sq / f64::max(n, 1.0)).sqrt() }
+        Misfit { cost, systematic: (sum_sq / f64::max(n, 1.0)).sqrt() }
     }
 }

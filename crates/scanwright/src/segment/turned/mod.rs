@@ -3,21 +3,23 @@
 //! Chamfer, collar, groove and countersink lie side by side, each a few vertices wide and rounded by the spot as a
 //! whole; one by one they are read as a cone or torus over several of them. Averaged along the turn they are a curve
 //! with hardly any noise (`profile`), and between the wide faces at its two ends that curve is a chain of straight
-//! lines whose corners may be rounded (`chain`). Chains of more and more lines are fitted with the spot in the model;
-//! the one that describes the curve best for its number of parameters replaces the faces that were there, if it
-//! describes it clearly better than they do.
+//! lines and arcs whose corners may be rounded (`chain`). Chains of more and more lines are fitted with the spot in the
+//! model (`search`); the one that describes the curve best for its number of parameters replaces the faces that were
+//! there, if it describes it clearly better than they do (`run`).
 
 mod chain;
 mod profile;
 mod run;
+mod search;
 
 use std::cmp::Reverse;
 
 use super::field::Field;
 use super::finish::Regions;
-use crate::math::Axis;
+use crate::fit::Fit;
+use crate::math::{Axis, Point3, UnitVec3};
 use crate::par;
-use crate::surface::SurfaceKind;
+use crate::surface::{Cone, Cylinder, Plane, Surface, SurfaceKind};
 pub(super) use run::Resolved;
 use run::Run;
 
@@ -26,18 +28,39 @@ const MIN_AXIS_VERTICES: usize = 100;
 
 /// Replaces runs of narrow turned faces by those that their common profile shows.
 pub(super) fn resolve(field: &Field, regions: &mut Regions) {
-    let mut tried = Vec::new();
+    let mut settled = Vec::new();
     for (_, axis) in axes(field, regions, &regions.members(), |_| true) {
         let members = regions.members();
-        let runs = run::runs(field, regions, &members, &axis, &tried);
+        let runs = run::runs(field, regions, &members, &axis, &settled);
         let found = par::map(&runs, |run: &Run| run.resolved(field, regions, &members));
         for (run, faces) in runs.iter().zip(found) {
             if let Some(faces) = faces {
-                tried.extend(regions.replace(&run.regions, faces));
+                settled.extend(regions.replace(&run.regions, faces));
             }
         }
     }
     regions.compact();
+}
+
+/// The surface that a straight line leaves as it turns about an axis: through `point`, with the outward `normal` there. It
+/// is a cylinder or a plane where it runs along or across the axis within `aligned` radians.
+pub(super) fn turned_line(axis: &Axis, point: &Point3, normal: &UnitVec3, aligned: f64) -> Fit {
+    let axis = Axis { origin: axis.foot(point), ..*axis };
+    let radial = axis.radial(point);
+    let outward = normal.dot(&radial) > 0.0;
+    // The natural normal points away from the axis and against the growing radius.
+    let sin = if outward { -normal.dot(&axis.direction) } else { normal.dot(&axis.direction) };
+    let radius = radial.norm();
+    let half_angle = sin.abs().atan2(normal.dot(&radial).abs() / radius.max(f64::MIN_POSITIVE));
+    let surface = if half_angle < aligned {
+        Surface::Cylinder(Cylinder { axis, radius })
+    } else if half_angle > std::f64::consts::FRAC_PI_2 - aligned {
+        return Fit { surface: Surface::Plane(Plane { point: *point, normal: *normal }), outward: true };
+    } else {
+        let direction = if sin < 0.0 { -axis.direction } else { axis.direction };
+        Surface::Cone(Cone { axis: Axis { direction, ..axis }, radius, half_angle })
+    };
+    Fit { surface, outward }
 }
 
 /// The axes that regions of the wanted kinds turn about, best seen first, each once, with their regions.

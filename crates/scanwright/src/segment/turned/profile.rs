@@ -39,9 +39,9 @@ pub(super) fn means(field: &Field, frame: &Frame, vertices: &[u32], start: &[u32
     let keys = arc_lengths(field, frame, &planar, start)?;
     let rough = binned(field, frame, vertices, &planar, &keys);
     // Lengths along cells are coarse; along the curve they give they are not.
-    let keys: Vec<Option<f64>> = planar.iter().map(|p| length_along(&rough, p)).collect();
+    let keys: Vec<Option<f64>> = planar.iter().map(|p| Some(place_on(&rough, p).1)).collect();
     let means = binned(field, frame, vertices, &planar, &keys);
-    is_thin(field, &planar, &keys, &means).then_some(means)
+    is_thin(field, &planar, &means).then_some(means)
 }
 
 /// Length along the profile of each point: shortest ways over occupied cells from the farthest cell of `start`.
@@ -138,40 +138,37 @@ fn binned(
     bins.into_values().filter(|bin| bin.0 > least).map(mean).collect()
 }
 
-/// Length along the curve through `means` of the point of it that is nearest.
-fn length_along(means: &[Mean], at: &Vector2<f64>) -> Option<f64> {
+/// The point of a segment nearest to `at`, and its place between the ends.
+pub(super) fn foot([from, to]: [Vector2<f64>; 2], at: &Vector2<f64>) -> (Vector2<f64>, f64) {
+    let along = to - from;
+    let t = ((at - from).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (from + along * t, t)
+}
+
+/// Squared distance to the curve through `means`, and the length along it to the nearest point.
+fn place_on(means: &[Mean], at: &Vector2<f64>) -> (f64, f64) {
     let mut best = (f64::INFINITY, 0.0);
     let mut length = 0.0;
     for pair in means.windows(2) {
-        let along = pair[1].at - pair[0].at;
-        let t = ((at - pair[0].at).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-        let distance = (pair[0].at + along * t - at).norm_squared();
-        if distance < best.0 {
-            best = (distance, length + t * along.norm());
+        let (foot, t) = foot([pair[0].at, pair[1].at], at);
+        let distance_sq = (foot - at).norm_squared();
+        let own = (pair[1].at - pair[0].at).norm();
+        if distance_sq < best.0 {
+            best = (distance_sq, length + t * own);
         }
-        length += along.norm();
+        length += own;
     }
-    best.0.is_finite().then_some(best.1)
+    best
 }
 
 /// Whether the points lie as near to the curve through their means as noise leaves them.
-fn is_thin(field: &Field, planar: &[Vector2<f64>], keys: &[Option<f64>], means: &[Mean]) -> bool {
-    /// Root mean square distance, noise.
+fn is_thin(field: &Field, planar: &[Vector2<f64>], means: &[Mean]) -> bool {
+    /// Root mean square distance, noise, and that from which a point counts no more.
     const MAX_SIGMAS: f64 = 2.5;
-    if means.len() < 4 {
-        return false;
-    }
-    let clip = (6.0 * field.weights.distance_sigma).powi(2);
-    let distance = |p: &Vector2<f64>| {
-        let of = |pair: &[Mean]| {
-            let along = pair[1].at - pair[0].at;
-            let t = ((p - pair[0].at).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            (pair[0].at + along * t - p).norm_squared()
-        };
-        means.windows(2).map(of).fold(f64::INFINITY, f64::min).min(clip)
-    };
-    let seen: Vec<f64> =
-        planar.iter().zip(keys).filter(|(_, k)| k.is_some()).map(|(p, _)| distance(p)).collect();
-    let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
-    mean < (MAX_SIGMAS * field.weights.distance_sigma).powi(2)
+    const CLIP: f64 = 6.0;
+    /// Means of the shortest curve.
+    const MIN_MEANS: usize = 4;
+    let sigma = field.weights.distance_sigma;
+    let sum: f64 = planar.iter().map(|p| place_on(means, p).0.min((CLIP * sigma).powi(2))).sum();
+    means.len() >= MIN_MEANS && sum < (MAX_SIGMAS * sigma).powi(2) * planar.len() as f64
 }
