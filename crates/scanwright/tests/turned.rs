@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use scanwright::math::{Point3, Vec3};
-use scanwright::surface::{Cylinder, Surface, SurfaceKind};
+use scanwright::surface::{Cylinder, Plane, Surface, SurfaceKind};
 
 use crate::scanned::box_distance;
 use crate::segmentation::{SPOT, kinds, regions_of, seen, segmented, without};
@@ -38,7 +38,8 @@ fn a_cross_hole_ends_at_a_bore_that_was_not_seen_there() {
         tube.max(hole - from_x(p))
     };
     let mesh = seen(distance, SPOT, [-17.5, -17.5, -18.5], [17.5, 17.5, 18.5]);
-    let mesh = without(&mesh, |p| from_z(p) < bore + 0.6 && p.z.abs() < 8.0 && p.x.abs() > 0.6 * bore);
+    // The scanner saw the upper half of the bore: where the hole opens into the other half nothing seems to end it.
+    let mesh = without(&mesh, |p| from_z(p) < bore + 0.6 && p.z < 1.0);
     let segmentation = segmented(&mesh, SPOT);
     let mut walls = regions_of(&mesh, &segmentation, |p| {
         (from_x(p) - hole).abs() < 0.5 && from_z(p) > bore + 1.5 && from_z(p) < outer - 1.5
@@ -114,22 +115,44 @@ fn chamfer_ring_and_chamfer_are_told_apart_by_their_profile() {
     }
 }
 
+/// A wedge of 45 degrees along y.
+fn wedge(p: &Point3) -> f64 {
+    p.x.max((p.z - p.x) * FRAC_1_SQRT_2)
+}
+
+/// The scan of a wedge whose edge is cut off by a land of `width`, and the planes found.
+fn blunt_wedge(width: f64) -> Vec<Plane> {
+    let mesh = seen(|p| wedge(p).max(p.z + width), SPOT, WEDGE_BOX.0, WEDGE_BOX.1);
+    let segmentation = segmented(&mesh, SPOT);
+    assert_eq!(kinds(&segmentation), [Some(SurfaceKind::Plane); 3], "a land of {width}");
+    let plane = |s: Surface| if let Surface::Plane(plane) = s { Some(plane) } else { None };
+    segmentation.primitives.iter().filter_map(|p| plane(p.surface?)).collect()
+}
+
+const WEDGE_BOX: ([f64; 3], [f64; 3]) = ([-16.5, 0.0, -19.5], [2.5, 60.0, 2.5]);
+
+/// Distance of the middle of a land of `width` from a plane.
+fn off_land(plane: &Plane, width: f64) -> f64 {
+    plane.signed_distance(&Point3::new(-0.5 * width, 30.0, -width)).abs()
+}
+
 #[test]
-fn a_land_of_two_spacings_on_a_thin_wedge_is_put_in() {
-    // A wedge of 45 degrees whose edge is cut off: no region shows the land, but the edge is too blunt for any spot.
+fn a_land_of_two_spacings_on_a_thin_wedge_is_a_plane() {
     let width = 2.0;
-    let wedge = |p: &Point3| p.x.max((p.z - p.x) * FRAC_1_SQRT_2);
-    let blunt = |p: &Point3| wedge(p).max(p.z + width);
-    let (lo, hi) = ([-16.5, 0.0, -19.5], [2.5, 60.0, 2.5]);
-    let segmentation = segmented(&seen(blunt, SPOT, lo, hi), SPOT);
-    assert_eq!(kinds(&segmentation), [Some(SurfaceKind::Plane); 3]);
-    let land = segmentation.primitives.iter().find_map(|p| match p.surface {
-        Some(Surface::Plane(plane)) if plane.normal.angle(&Vec3::z()).to_degrees() < 12.0 => Some(plane),
-        _ => None,
-    });
-    let off = land.expect("a land").signed_distance(&Point3::new(-0.5 * width, 30.0, -width)).abs();
-    assert!(off < 0.3, "the land lies {off} off");
+    let level = |plane: &&Plane| plane.normal.angle(&Vec3::z()).to_degrees() < 12.0;
+    let planes = blunt_wedge(width);
+    let land = planes.iter().find(level).expect("a land");
+    assert!(off_land(land, width) < 0.3, "the land lies {} off", off_land(land, width));
+}
+
+#[test]
+fn a_land_that_no_region_shows_is_put_in() {
+    // The edge is too blunt for any spot; so narrow a land shows where it is, and hardly its direction.
+    let width = 1.75;
+    let off = |plane: &Plane| off_land(plane, width);
+    let nearest = blunt_wedge(width).iter().map(off).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 0.3, "the land lies {nearest} off");
     // A sharp wedge under the same spot has none.
-    let sharp = segmented(&seen(wedge, SPOT, lo, hi), SPOT);
+    let sharp = segmented(&seen(wedge, SPOT, WEDGE_BOX.0, WEDGE_BOX.1), SPOT);
     assert_eq!(kinds(&sharp), [Some(SurfaceKind::Plane); 2]);
 }

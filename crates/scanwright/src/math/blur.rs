@@ -13,13 +13,14 @@ pub fn blurred_magnitude(t: f64, tau: f64) -> (f64, f64) {
 /// Distance of `at` to the zero line of a field as a spot of deviation `blur` sees it: the field averaged over the spot,
 /// over the slope of that average. `field`: signed distance and gradient at a point.
 ///
-/// A midpoint rule of 9 by 9 places out to three deviations: a kink through its middle comes out within 4 %.
+/// A midpoint rule of 8 by 8 places out to three deviations: a kink through its middle, which lies between places,
+/// comes out within 3 %.
 pub fn averaged_distance(
     at: &Vector2<f64>,
     blur: f64,
     field: impl Fn(&Vector2<f64>) -> (f64, Vector2<f64>),
 ) -> f64 {
-    const N: i32 = 9;
+    const N: i32 = 8;
     const REACH: f64 = SPOT_REACH;
     let step = 2.0 * REACH / f64::from(N);
     let offsets = (0..N).map(|i| (f64::from(i) + 0.5) * step - REACH);
@@ -62,7 +63,7 @@ mod tests {
         };
         let seen = averaged_distance(&Vector2::zeros(), blur, ridge);
         let exact = blurred_magnitude(0.0, blur).0;
-        assert!((seen - exact).abs() < 0.04 * exact, "{seen} instead of {exact}");
+        assert!((seen - exact).abs() < 0.03 * exact, "{seen} instead of {exact}");
     }
 
     #[test]
