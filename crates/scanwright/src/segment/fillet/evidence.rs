@@ -15,8 +15,9 @@ const CLIP: f64 = 4.0;
 const BIN: f64 = 0.8;
 /// Places that a model is fitted to.
 const N_FIT: usize = 300;
-/// Range of a sharp edge's own spot, as shares of the scan's: it is measured no better.
-const SPOT_RANGE: (f64, f64) = (0.7, 1.35);
+/// Range of a sharp edge's own spot, as shares of the scan's, and the standard deviation of what edges of one scan show.
+const SPOT_RANGE: (f64, f64) = (0.5, 2.0);
+const SPOT_SPREAD: f64 = 0.15;
 
 /// A model with its misfit: deviations of the averages, squared, in units of their noise.
 #[derive(Debug, Clone, Copy)]
@@ -49,24 +50,18 @@ impl<'p> Edge<'p> {
         }
     }
 
+    /// The best sharp edge. Its own spot may differ from the scan's, at the price of how far edges of one scan do.
     pub fn sharp(&self) -> Fitted {
         let (low, high) = SPOT_RANGE;
-        let [share] = self.search(&[[low], [1.0], [high]], [0.2], |[share]| {
-            (low..=high).contains(&share).then_some(Corner::Sharp { blur: self.blur * share })
-        });
-        self.fitted(Corner::Sharp { blur: self.blur * share })
-    }
-
-    /// The best sharp edge with any spot that a scanner may have.
-    pub fn sharp_with_any_spot(&self) -> Fitted {
-        /// Largest spot, spacings.
-        const LARGEST: f64 = 1.5;
-        let largest = LARGEST * self.spacing;
-        let starts: Vec<[f64; 1]> = [0.1, 0.3, 0.5, 0.7, 0.9].map(|share| [share * largest]).to_vec();
-        let [blur] = self.search(&starts, [0.1 * largest], |[blur]| {
-            (blur > 0.0 && blur <= largest).then_some(Corner::Sharp { blur })
-        });
-        self.fitted(Corner::Sharp { blur })
+        let priced = |share: f64| {
+            let fitted = self.fitted(Corner::Sharp { blur: self.blur * share });
+            Fitted { misfit: fitted.misfit + ((share - 1.0) / SPOT_SPREAD).powi(2), ..fitted }
+        };
+        let loss = |[share]: [f64; 1]| {
+            if (low..=high).contains(&share) { priced(share).misfit } else { f64::MAX }
+        };
+        let [share] = search(&[[low], [0.7], [1.0], [1.4], [high]], [0.2], loss);
+        priced(share)
     }
 
     pub fn chamfer(&self) -> Fitted {
@@ -76,7 +71,7 @@ impl<'p> Edge<'p> {
         let make = |[share, depth]: [f64; 2]| {
             ((0.1..=0.9).contains(&share) && depth > 0.0).then_some(Corner::Chamfer { share, depth })
         };
-        let best = self.search(&starts, [0.1, 0.3 * self.spacing], make);
+        let best = search(&starts, [0.1, 0.3 * self.spacing], |x| self.loss(make(x)));
         self.fitted(make(best).expect("the best is possible"))
     }
 
@@ -84,46 +79,13 @@ impl<'p> Edge<'p> {
     pub fn fillet(&self, min_radius: f64) -> Fitted {
         let starts: Vec<[f64; 1]> = (0..12).map(|k| [min_radius * 1.35_f64.powi(k)]).collect();
         let make = |[radius]: [f64; 1]| (radius >= min_radius).then_some(Corner::Fillet { radius });
-        let best = self.search(&starts, [0.25 * min_radius], make);
+        let best = search(&starts, [0.25 * min_radius], |x| self.loss(make(x)));
         self.fitted(make(best).expect("the best is possible"))
     }
 
-    /// Hooke and Jeeves' pattern search from the best of `starts`; `make` gives none outside its bounds.
-    fn search<const N: usize>(
-        &self,
-        starts: &[[f64; N]],
-        mut steps: [f64; N],
-        make: impl Fn([f64; N]) -> Option<Corner>,
-    ) -> [f64; N] {
-        const ROUNDS: usize = 40;
-        const FINEST: f64 = 0.01;
-        let loss = |x: [f64; N]| make(x).map_or(f64::MAX, |corner| self.loss(&corner));
-        let first = starts.iter().map(|&x| (loss(x), x)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut lowest, mut best) = first.expect("there is a start");
-        let smallest = steps.map(|s| s * FINEST);
-        for _ in 0..ROUNDS {
-            let before = lowest;
-            for k in 0..N {
-                for sign in [1.0, -1.0] {
-                    let mut trial = best;
-                    trial[k] += sign * steps[k];
-                    let l = loss(trial);
-                    if l < lowest {
-                        (lowest, best) = (l, trial);
-                    }
-                }
-            }
-            if lowest >= before {
-                if steps.iter().zip(&smallest).all(|(s, least)| s <= least) {
-                    break;
-                }
-                steps = steps.map(|s| 0.5 * s);
-            }
-        }
-        best
-    }
-
-    fn loss(&self, corner: &Corner) -> f64 {
+    /// Squares over the sample; the largest number where there is no corner.
+    fn loss(&self, corner: Option<Corner>) -> f64 {
+        let Some(corner) = corner else { return f64::MAX };
         self.sample
             .iter()
             .map(|p| (corner.distance(p, self.blur) / self.sigma).powi(2).min(CLIP * CLIP))
@@ -150,4 +112,37 @@ impl<'p> Edge<'p> {
         }
         Fitted { corner, misfit, systematic: (sum_sq / f64::max(n, 1.0)).sqrt() }
     }
+}
+
+/// Hooke and Jeeves' pattern search from the best of `starts`; `loss` is the largest number outside its bounds.
+fn search<const N: usize>(
+    starts: &[[f64; N]],
+    mut steps: [f64; N],
+    loss: impl Fn([f64; N]) -> f64,
+) -> [f64; N] {
+    const ROUNDS: usize = 40;
+    const FINEST: f64 = 0.01;
+    let first = starts.iter().map(|&x| (loss(x), x)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut lowest, mut best) = first.expect("there is a start");
+    let smallest = steps.map(|s| s * FINEST);
+    for _ in 0..ROUNDS {
+        let before = lowest;
+        for k in 0..N {
+            for sign in [1.0, -1.0] {
+                let mut trial = best;
+                trial[k] += sign * steps[k];
+                let l = loss(trial);
+                if l < lowest {
+                    (lowest, best) = (l, trial);
+                }
+            }
+        }
+        if lowest >= before {
+            if steps.iter().zip(&smallest).all(|(s, least)| s <= least) {
+                break;
+            }
+            steps = steps.map(|s| 0.5 * s);
+        }
+    }
+    best
 }

@@ -317,8 +317,7 @@ fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) 
     if !convex || candidate.strip.is_some() {
         return None;
     }
-    // Only the width of a narrow chamfer tells it from an edge under a larger spot than the one measured.
-    let chamfer_over_sharp = edge.sharp_with_any_spot().misfit.min(sharp.misfit) - chamfer.misfit;
+    let chamfer_over_sharp = sharp.misfit - chamfer.misfit;
     let is_chamfer = field.blur_is_measured
         && chamfer_over_sharp >= BETTER_THAN_SHARP + WORSE_THAN_CHAMFER
         && over_chamfer <= -WORSE_THAN_CHAMFER
