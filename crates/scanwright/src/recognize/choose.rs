@@ -131,13 +131,19 @@ fn lowest_useful_gain(n: usize) -> f64 {
     0.1 + (VERTICES_PER_SAMPLE / n as f64).min(0.6)
 }
 
-/// Whether the more complex of two fits to `samples`, standing for `n` vertices, is worth its freedom.
+/// Whether the more complex of two fits to `samples`, standing for `n` vertices, is worth its freedom and parts from the
+/// other.
 pub fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize, limits: &Limits) -> bool {
+    is_worth(simple, complex, n) && is_apart(&simple.fit, &complex.fit, samples, limits)
+}
+
+/// Whether what the more complex of two fits to `n` vertices saves is worth its freedom.
+pub fn is_worth(simple: &Choice, complex: &Choice, n: usize) -> bool {
     let q = freedom(complex.fit.surface.kind()) - freedom(simple.fit.surface.kind());
     let n = n as f64;
     let penalty =
         (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost);
-    simple.mean_cost - complex.mean_cost > penalty && is_apart(&simple.fit, &complex.fit, samples, limits)
+    simple.mean_cost - complex.mean_cost > penalty
 }
 
 /// Whether the two surfaces part over the samples by more than noise: in distance, or clearly in direction.

@@ -4,7 +4,7 @@ mod choose;
 
 pub use choose::{
     COST_CAP, Choice, Limits, TYPE_ORDER, choose, excess_cost, fit_kind, is_as_good, is_better,
-    is_ring_or_lemon, mean_cost,
+    is_ring_or_lemon, is_worth, mean_cost,
 };
 
 use crate::fit::Fit;

@@ -87,7 +87,7 @@ impl Piece {
         touched.sort_unstable();
         touched.dedup();
         let mut scratch = Scratch::new(field.n_vertices());
-        let depths = field.depths(members, 1, &mut scratch);
+        let depths = field.depths(members, 1, false, &mut scratch);
         let outermost = |(&v, depth): (&u32, u8)| (depth == 0 || field.on_boundary[v as usize]).then_some(v);
         let border: Vec<u32> = members.iter().zip(depths).filter_map(outermost).collect();
         let open_share = open.len() as f64 / border.len().max(1) as f64;

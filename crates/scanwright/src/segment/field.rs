@@ -165,7 +165,7 @@ impl<'a> Field<'a> {
     /// Vertices of `region` (sorted or not) at least `rings` rings from any vertex outside it; fewer rings when less
     /// than `at_least` would remain. Keeps the order.
     pub fn eroded(&self, region: &[u32], rings: usize, at_least: usize, scratch: &mut Scratch) -> Vec<u32> {
-        let depth = self.depths(region, rings, scratch);
+        let depth = self.depths(region, rings, false, scratch);
         for needed in (1..=rings).rev() {
             let kept: Vec<u32> =
                 region.iter().zip(&depth).filter(|(_, d)| **d as usize >= needed).map(|(v, _)| *v).collect();
@@ -177,16 +177,16 @@ impl<'a> Field<'a> {
     }
 
     /// Rings between each vertex of `region` and the outside, at most `rings`; zero at the border. Holes of the scan
-    /// are no border, for nothing is rounded there; where the table was cut away is one.
-    pub fn depths(&self, region: &[u32], rings: usize, scratch: &mut Scratch) -> Vec<u8> {
+    /// are a border only if `holes`, for few have rounded rims; where the table was cut away is one.
+    pub fn depths(&self, region: &[u32], rings: usize, holes: bool, scratch: &mut Scratch) -> Vec<u8> {
         let inside = scratch.next_mark();
         for &v in region {
             scratch.mark[v as usize] = inside;
         }
         let mut front: Vec<u32> = Vec::new();
         for &v in region {
-            let on_ground = self.on_boundary[v as usize] && self.ground_near(v).is_some();
-            if on_ground || self.rings.row(v as usize).iter().any(|&u| scratch.mark[u as usize] != inside) {
+            let on_rim = self.on_boundary[v as usize] && (holes || self.ground_near(v).is_some());
+            if on_rim || self.rings.row(v as usize).iter().any(|&u| scratch.mark[u as usize] != inside) {
                 front.push(v);
             }
         }

@@ -7,7 +7,7 @@ use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::turned::Resolved;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{border, bridge, fillet, lands, primitive, turned};
+use super::{blunt, border, bridge, fillet, lands, primitive, turned};
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
@@ -35,6 +35,7 @@ pub(super) fn finish(
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
+    blunt::retype(field, &mut regions);
     turned::resolve(field, &mut regions);
     let fillets = fillet::insert(field, &mut regions);
     let rounds = lands::find(field, &mut regions);
@@ -80,7 +81,7 @@ impl Regions {
         let min_depth =
             options.min_face.map(|width| (0.5 * width / field.spacing).clamp(1.0, 200.0) as usize);
         for (label, members) in labels.components(field) {
-            let depths = field.depths(&members, min_depth.unwrap_or(2), &mut scratch);
+            let depths = field.depths(&members, min_depth.unwrap_or(2), false, &mut scratch);
             let n_inside = depths.iter().filter(|d| usize::from(**d) >= min_depth.unwrap_or(1)).count();
             let wide = match min_depth {
                 Some(_) => n_inside > 0,

@@ -5,6 +5,7 @@
 //! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
 //! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
 
+mod blunt;
 mod border;
 mod bridge;
 mod cover;

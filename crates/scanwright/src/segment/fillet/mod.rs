@@ -175,7 +175,7 @@ fn candidates(field: &Field, regions: &Regions) -> Vec<Candidate> {
 /// The region as a strip between two others.
 fn strip(field: &Field, regions: &Regions, region: u32, members: &[u32]) -> Option<Candidate> {
     let mut scratch = Scratch::new(field.n_vertices());
-    let depths = field.depths(members, STRIP_RINGS, &mut scratch);
+    let depths = field.depths(members, STRIP_RINGS, false, &mut scratch);
     let n_narrow = depths.iter().filter(|d| usize::from(**d) < STRIP_RINGS).count();
     if members.len() < MIN_FILLET || (n_narrow as f64) < STRIP_SHARE * members.len() as f64 {
         return None;

@@ -142,7 +142,7 @@ fn turns(field: &Field, axis: &Axis, members: &[u32]) -> bool {
 }
 
 fn is_narrow(field: &Field, members: &[u32]) -> bool {
-    let depths = field.depths(members, NARROW_RINGS, &mut Scratch::new(field.n_vertices()));
+    let depths = field.depths(members, NARROW_RINGS, false, &mut Scratch::new(field.n_vertices()));
     let n_narrow = depths.iter().filter(|d| usize::from(**d) < NARROW_RINGS).count();
     !members.is_empty() && n_narrow as f64 >= NARROW_SHARE * members.len() as f64
 }
