@@ -134,7 +134,7 @@ fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, mad
         if is_pinhole(shell, hole) {
             continue;
         }
-        if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.reaches(shell, table)) {
+        if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.arrives_at(shell, table)) {
             members.push((i, vec![mouth.label; hole.rim.len()]));
             continue;
         }

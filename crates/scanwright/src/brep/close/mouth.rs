@@ -59,8 +59,36 @@ fn mouth_of(shell: &Shell, hole: &Hole, label: u32) -> Option<Mouth> {
 }
 
 impl Mouth {
+    /// Whether the extension of the mouth's surface arrives at `table` (normal towards the part), and no face that was
+    /// seen is in its way.
+    pub fn arrives_at(&self, shell: &Shell, table: &Plane) -> bool {
+        self.reaches(shell, table) && !self.is_crossed(shell, table)
+    }
+
+    /// Whether faces that were seen cross the extension most of the way round before it arrives at `table`.
+    fn is_crossed(&self, shell: &Shell, table: &Plane) -> bool {
+        const N_SECTORS: usize = 36;
+        const MOST: usize = 18;
+        /// Spacings off the extension within which a vertex crosses it, and by which it keeps off its ends.
+        const NEAR: f64 = 1.0;
+        const END: f64 = 3.0;
+        let Some(surface) = shell.surface(self.label) else { return false };
+        let frame = Frame::from_z(self.origin, self.direction);
+        let mut sectors = [false; N_SECTORS];
+        for point in &shell.mesh.vertices {
+            let is_between = self.height(point) > self.depth + END * shell.spacing
+                && table.signed_distance(point) > END * shell.spacing;
+            if is_between && surface.signed_distance(point).abs() < NEAR * shell.spacing {
+                let local = frame.local(point);
+                let turn = (local.y.atan2(local.x) / (2.0 * PI)).rem_euclid(1.0);
+                sectors[((turn * N_SECTORS as f64) as usize).min(N_SECTORS - 1)] = true;
+            }
+        }
+        sectors.iter().filter(|s| **s).count() > MOST
+    }
+
     /// Whether the extension of the mouth's surface crosses `table` (normal towards the part) on its way.
-    pub fn reaches(&self, shell: &Shell, table: &Plane) -> bool {
+    fn reaches(&self, shell: &Shell, table: &Plane) -> bool {
         if angle_between(&self.direction, &-table.normal.into_inner()) > UPRIGHT {
             return false;
         }
