@@ -53,15 +53,15 @@ fn simpler(field: &Field, members: &[u32], complex: &Fit) -> Option<Choice> {
 
 /// Mean cost of the distances beyond what the rounding of a right angle accounts for.
 fn blunt_cost(field: &Field, fit: &Fit, members: &[u32], depths: &[u8]) -> f64 {
-    /// A border may lie a ring off the edge; the first ring is half a spacing inside it.
-    const OFF: f64 = 0.5;
-    let recess = |depth: u8| {
-        let t = (f64::from(depth) - OFF).max(0.0) * field.spacing;
-        0.5 * (blurred_magnitude(t, field.blur * std::f64::consts::SQRT_2).0 - t)
-    };
+    // A border may lie as far beyond the edge as the rounding reaches; what lies outside it speaks of the neighbour.
+    let off = field.blur / field.spacing;
+    let recess = |t: f64| 0.5 * (blurred_magnitude(t, field.blur * std::f64::consts::SQRT_2).0 - t);
     let cost = |(v, depth): (&u32, &u8)| {
-        let off = fit.surface.signed_distance(&field.points[*v as usize]).abs() - recess(*depth);
-        (off.max(0.0) / field.weights.distance_sigma).powi(2).min(COST_CAP)
+        let inside = f64::from(*depth) - off;
+        let distance = fit.surface.signed_distance(&field.points[*v as usize]).abs();
+        let beyond = (distance - recess(inside * field.spacing)).max(0.0);
+        (inside > 0.0).then(|| (beyond / field.weights.distance_sigma).powi(2).min(COST_CAP))
     };
-    members.iter().zip(depths).map(cost).sum::<f64>() / members.len().max(1) as f64
+    let costs: Vec<f64> = members.iter().zip(depths).filter_map(cost).collect();
+    costs.iter().sum::<f64>() / costs.len().max(1) as f64
 }
