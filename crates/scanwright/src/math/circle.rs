@@ -1,5 +1,7 @@
 //! The circle nearest to points of a plane.
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::{Mat3, Vec3};
 
 /// Centre and radius of the circle from which weighted points, (weight, x, y) each, are nearest in the algebraic
@@ -19,6 +21,62 @@ pub fn nearest_circle(points: impl Iterator<Item = (f64, f64, f64)>) -> Option<(
     (radius.is_finite() && radius > 0.0).then_some(([found.x, found.y], radius))
 }
 
+/// Centre and radius of the circle from which points are nearest, by Gauss and Newton from a parabola along their
+/// longest extent or from [`nearest_circle`], whichever is nearer; short noisy arcs are not biased. `None` when they lie
+/// on a line.
+pub fn fitted_circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
+    const STEPS: usize = 20;
+    let algebraic =
+        nearest_circle(points.iter().map(|p| (1.0, p.x, p.y))).map(|([x, y], r)| (Vector2::new(x, y), r));
+    let off = |&(center, radius): &(Vector2<f64>, f64)| -> f64 {
+        points.iter().map(|p| ((p - center).norm() - radius).powi(2)).sum()
+    };
+    let starts = parabola_circle(points).into_iter().chain(algebraic);
+    let (mut center, mut radius) = starts.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    for _ in 0..STEPS {
+        let (mut matrix, mut right) = (Mat3::zeros(), Vec3::zeros());
+        for p in points {
+            let from = p - center;
+            let length = from.norm();
+            if length > 0.0 {
+                let row = Vec3::new(-from.x / length, -from.y / length, -1.0);
+                matrix += row * row.transpose();
+                right -= row * (length - radius);
+            }
+        }
+        let Some(step) = matrix.try_inverse().map(|inverse| inverse * right) else { break };
+        let next = (center + step.xy(), radius + step.z);
+        let is_better = next.1 > 0.0 && off(&next) < off(&(center, radius));
+        if !is_better {
+            break;
+        }
+        (center, radius) = next;
+    }
+    radius.is_finite().then_some((center, radius))
+}
+
+/// The circle that osculates the best parabola over the points' longest extent.
+fn parabola_circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
+    let mean = points.iter().sum::<Vector2<f64>>() / points.len() as f64;
+    let spread: Matrix2<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let k = usize::from(eigen.eigenvalues.y > eigen.eigenvalues.x);
+    let along: Vector2<f64> = eigen.eigenvectors.column(k).into_owned();
+    let across = Vector2::new(-along.y, along.x);
+    let (mut matrix, mut right) = (Mat3::zeros(), Vec3::zeros());
+    for p in points {
+        let u = along.dot(&(p - mean));
+        let row = Vec3::new(1.0, u, u * u);
+        matrix += row * row.transpose();
+        right += row * across.dot(&(p - mean));
+    }
+    let found = matrix.try_inverse()? * right;
+    let slope = found.y.hypot(1.0);
+    let radius = slope.powi(3) / (2.0 * found.z);
+    let normal = (across - along * found.y) / slope;
+    (radius.is_finite() && found.z != 0.0).then(|| (mean + across * found.x + normal * radius, radius.abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -33,5 +91,26 @@ mod tests {
         let off = (x - 3.0).abs().max((y + 1.0).abs()).max((radius - 2.0).abs());
         assert!(off < 1e-12, "off by {off}");
         assert_eq!(nearest_circle((0..4).map(|k| (1.0, f64::from(k), 0.0))), None);
+    }
+
+    #[test]
+    fn a_short_noisy_arc_keeps_its_radius() {
+        // Eight degrees of a circle, with noise of a quarter of its sagitta.
+        let (radius, half) = (200.0, 0.07);
+        let noise = 0.25 * radius * half * half / 2.0;
+        let n = 4000;
+        let points: Vec<Vector2<f64>> = (0..n)
+            .map(|i| {
+                let turn = half * (2.0 * f64::from(i) / f64::from(n) - 1.0);
+                // An even distribution of the same deviation, each value met all along the arc.
+                let r = radius + noise * 3.0_f64.sqrt() * (2.0 * (f64::from(i) * 0.618_034).fract() - 1.0);
+                Vector2::new(r * turn.cos() + 5.0, r * turn.sin() - 7.0)
+            })
+            .collect();
+        let (center, found) = fitted_circle(&points).expect("an arc");
+        // Curvature of a parabola over 2 half: sigma * 6 sqrt(5) / (n^0.5 (radius half)^2).
+        let sigma = noise * 6.0 * 5.0_f64.sqrt() / (f64::from(n).sqrt() * (radius * half).powi(2));
+        assert!((1.0 / found - 1.0 / radius).abs() < 4.0 * sigma, "radius {found}");
+        assert!((center - Vector2::new(5.0, -7.0)).norm() < 1.2 * (found - radius).abs() + 0.1);
     }
 }

@@ -8,7 +8,7 @@ mod frame;
 pub mod least_squares;
 pub mod stats;
 
-pub use circle::nearest_circle;
+pub use circle::{fitted_circle, nearest_circle};
 pub use frame::{Axis, Frame, any_perpendicular};
 
 use nalgebra::SymmetricEigen;

@@ -35,6 +35,7 @@ pub(super) fn finish(
     regions.add_freeform(field);
     regions.flood(field, u32::MAX);
     regions.join(mesh, field);
+    turned::unite(field, &mut regions);
     blunt::retype(field, &mut regions);
     turned::resolve(field, &mut regions);
     let fillets = fillet::insert(field, &mut regions);

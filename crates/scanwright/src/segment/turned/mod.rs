@@ -8,6 +8,7 @@
 //! there, if it describes it clearly better than they do (`run`).
 
 mod chain;
+mod pieces;
 mod profile;
 mod run;
 mod search;
@@ -17,11 +18,12 @@ use std::cmp::Reverse;
 use super::field::Field;
 use super::finish::Regions;
 use crate::fit::Fit;
-use crate::math::{Axis, Point3, UnitVec3};
+use crate::math::{Axis, Frame, Point3, UnitVec3};
 use crate::par;
 use crate::surface::{Cone, Cylinder, Plane, Surface, SurfaceKind};
+pub(super) use pieces::unite;
 pub(super) use run::Resolved;
-use run::Run;
+use run::{N_SECTORS, Run};
 
 /// Regions of fewer vertices show no axis that others could turn about.
 const MIN_AXIS_VERTICES: usize = 100;
@@ -40,6 +42,30 @@ pub(super) fn resolve(field: &Field, regions: &mut Regions) {
         }
     }
     regions.compact();
+}
+
+/// The sectors of the turn about an axis that a region is in; `None` when it does not turn about it: its normals do not
+/// point to the axis.
+fn level_sectors(field: &Field, axis: &Axis, members: &[u32]) -> Option<[bool; N_SECTORS]> {
+    const N_TEST: usize = 300;
+    /// Component of a normal along the turn, and share of normals with less.
+    const LEVEL: f64 = 0.3;
+    const SHARE: f64 = 0.9;
+    let frame = Frame::from_z(axis.origin, axis.direction);
+    let (mut n, mut n_level, mut sectors) = (0_usize, 0_usize, [false; N_SECTORS]);
+    for &v in members.iter().step_by(members.len().div_ceil(N_TEST).max(1)) {
+        let radial = axis.radial(&field.points[v as usize]);
+        if radial.norm() < 2.0 * field.spacing {
+            continue;
+        }
+        let along = axis.direction.cross(&radial) / radial.norm();
+        n += 1;
+        n_level += usize::from(field.normals[v as usize].dot(&along).abs() < LEVEL);
+        let local = frame.local(&field.points[v as usize]);
+        let turn = (local.y.atan2(local.x) / std::f64::consts::TAU).rem_euclid(1.0);
+        sectors[((turn * N_SECTORS as f64) as usize).min(N_SECTORS - 1)] = true;
+    }
+    (n > 0 && n_level as f64 > SHARE * n as f64).then_some(sectors)
 }
 
 /// The surface that a straight line leaves as it turns about an axis: through `point`, with the outward `normal` there. It

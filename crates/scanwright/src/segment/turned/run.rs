@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 use super::chain::{Arc, Chain, Element, Line, Misfit, Outline, Piece, Scale};
 use super::profile::{self, Mean};
 use super::search::best_chain;
-use super::turned_line;
+use super::{level_sectors, turned_line};
 use crate::fit::Fit;
 use crate::math::{Axis, Frame, UnitVec3, Vec3, stats};
 use crate::mesh::connected;
@@ -31,6 +31,9 @@ const MAX_SYSTEMATIC: f64 = 0.8;
 const ALIGNED: f64 = 0.06;
 /// Spacings from the axis within which a centre or another axis is on it.
 const OFF_AXIS: f64 = 2.0;
+/// Sectors of the turn, and of a quarter of it.
+pub(super) const N_SECTORS: usize = 36;
+pub(super) const MIN_SECTORS: usize = 9;
 /// Vertices of a face, at least.
 const MIN_FACE: usize = 20;
 
@@ -115,30 +118,9 @@ fn ends(
     Some(ends)
 }
 
-/// Whether a region turns about an axis: its normals point to it, over a quarter turn at least.
+/// Whether a region turns about an axis, over a quarter turn at least.
 fn turns(field: &Field, axis: &Axis, members: &[u32]) -> bool {
-    const N_TEST: usize = 300;
-    /// Component of a normal along the turn, and share of normals with less.
-    const LEVEL: f64 = 0.3;
-    const SHARE: f64 = 0.9;
-    const N_SECTORS: usize = 36;
-    const MIN_SECTORS: usize = 9;
-    let frame = Frame::from_z(axis.origin, axis.direction);
-    let (mut n, mut n_level, mut sectors) = (0_usize, 0_usize, [false; N_SECTORS]);
-    for &v in members.iter().step_by(members.len().div_ceil(N_TEST).max(1)) {
-        let radial = axis.radial(&field.points[v as usize]);
-        if radial.norm() < 2.0 * field.spacing {
-            continue;
-        }
-        let along = axis.direction.cross(&radial) / radial.norm();
-        n += 1;
-        n_level += usize::from(field.normals[v as usize].dot(&along).abs() < LEVEL);
-        let local = frame.local(&field.points[v as usize]);
-        let turn = (local.y.atan2(local.x) / std::f64::consts::TAU).rem_euclid(1.0);
-        sectors[((turn * N_SECTORS as f64) as usize).min(N_SECTORS - 1)] = true;
-    }
-    let n_sectors = sectors.iter().filter(|s| **s).count();
-    n > 0 && n_level as f64 > SHARE * n as f64 && n_sectors >= MIN_SECTORS
+    level_sectors(field, axis, members).is_some_and(|s| s.iter().filter(|s| **s).count() >= MIN_SECTORS)
 }
 
 fn is_narrow(field: &Field, members: &[u32]) -> bool {
@@ -356,19 +338,25 @@ impl Run {
         turned_line(&Axis { origin, direction: z }, &point, &UnitVec3::new_normalize(normal), EXACT)
     }
 
+    /// A narrow arc turned about the axis: no lemon, whose tip lies on it.
     fn surface_of_arc(&self, arc: &Arc) -> Option<Fit> {
-        /// Radius of the tube's circle over that of the tube below which it is a sphere.
-        const CENTERED: f64 = 0.05;
-        let origin = self.frame.origin + self.frame.z.into_inner() * arc.center.y;
-        let (major_radius, minor_radius) = (arc.center.x, arc.radius);
-        let surface = if major_radius.abs() < CENTERED * minor_radius {
-            Surface::Sphere(Sphere { center: origin, radius: minor_radius })
-        } else {
-            let axis = Axis { origin, direction: self.frame.z };
-            Surface::Torus(Torus { axis, major_radius, minor_radius })
-        };
-        let is_one = surface.kind() == SurfaceKind::Sphere
-            || major_radius > 0.0 && is_ring_or_lemon(major_radius / minor_radius);
-        is_one.then_some(Fit { surface, outward: arc.convex })
+        let fit = surface_of_arc(&self.frame, &arc.center, arc.radius, arc.convex)?;
+        (arc.center.x > 0.0 || fit.surface.kind() == SurfaceKind::Sphere).then_some(fit)
     }
+}
+
+/// The surface that an arc about `center`, in the half-plane of `frame`, leaves as it turns about the axis; `None` where it
+/// is nearly a sphere off its centre.
+pub(super) fn surface_of_arc(frame: &Frame, center: &Vector2<f64>, radius: f64, convex: bool) -> Option<Fit> {
+    /// Radius of the tube's circle over that of the tube below which it is a sphere.
+    const CENTERED: f64 = 0.05;
+    let origin = frame.origin + frame.z.into_inner() * center.y;
+    let surface = if center.x.abs() < CENTERED * radius {
+        Surface::Sphere(Sphere { center: origin, radius })
+    } else {
+        let axis = Axis { origin, direction: frame.z };
+        Surface::Torus(Torus { axis, major_radius: center.x, minor_radius: radius })
+    };
+    let is_one = surface.kind() == SurfaceKind::Sphere || is_ring_or_lemon(center.x / radius);
+    is_one.then_some(Fit { surface, outward: convex })
 }
