@@ -7,7 +7,7 @@ use super::field::{Field, Scratch};
 use super::label::Labels;
 use super::turned::Resolved;
 use super::{RegionId, SegmentOptions, Segmentation};
-use super::{blunt, border, bridge, fillet, lands, primitive, turned};
+use super::{blunt, border, bridge, contact, fillet, lands, primitive, turned};
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
@@ -60,7 +60,8 @@ pub(super) fn finish(
     }
     let labels = triangle_labels(mesh, field, &regions, &primitives);
     let fillets: Vec<u32> = fillets.iter().filter(|f| !f.flat).map(|f| f.region).collect();
-    let labels = border::sharpened(mesh, adjacency, &labels, &primitives, &fillets);
+    let mut labels = border::sharpened(mesh, adjacency, &labels, &primitives, &fillets);
+    contact::settle(mesh, adjacency, &mut labels, &primitives, field.spacing);
     Segmentation { labels, primitives }
 }
 

@@ -8,6 +8,7 @@
 mod blunt;
 mod border;
 mod bridge;
+mod contact;
 mod cover;
 mod edge;
 mod field;
