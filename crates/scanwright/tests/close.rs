@@ -11,7 +11,7 @@ use scanwright::segment::{RegionId, Segmentation};
 use scanwright::surface::{Cylinder, Plane, Surface};
 use std::f64::consts::{PI, TAU};
 
-use crate::parts::{BOTTOM, Part, STEP, block, block_with_two_bores, pipe, tolerances};
+use crate::parts::{BOTTOM, Part, STEP, block, block_with_two_bores, pipe, post, tolerances};
 
 #[test]
 fn a_closed_mesh_is_left_as_it_is() {
@@ -94,6 +94,28 @@ fn a_bore_goes_down_to_the_table() {
     let sagitta = (2.0 * STEP).powi(2) / (8.0 * 6.0);
     let unseen = TAU * (6.0 * 23.0 + 14.0 * 2.0);
     assert_near(closed.labelled.mesh.signed_volume(), whole.mesh.signed_volume(), unseen * sagitta, "volume");
+}
+
+#[test]
+fn a_head_does_not_go_down_to_the_table_through_its_foot_and_a_bore_does() {
+    let (bore, height) = (4.0, 12.0);
+    let whole = post([18.0, 8.0, 14.0], bore, height);
+    // Unseen: the bottom, the lower bore, the underside of the head and what it shadows of the stem.
+    let seen = whole.without(|label, p| match label {
+        0 => p.z < 2.0,
+        1 => p.z > 2.0 * height - 3.0,
+        4 | 6 => true,
+        7 => p.z < 2.5 * height,
+        _ => false,
+    });
+    let closed = seen.close(Some(&table(0.0)));
+    assert_closed(&closed);
+    let bores = closed.labelled.mesh.triangles.iter().zip(&closed.labelled.labels).filter(|(_, l)| l.0 == 7);
+    let lowest = bores.map(|(t, _)| closed.labelled.mesh.vertices[t[0] as usize].z).fold(f64::MAX, f64::min);
+    assert_near(lowest, 0.0, 1e-6, "end of the bore");
+    let head = closed.labelled.mesh.triangles.iter().zip(&closed.labelled.labels).filter(|(_, l)| l.0 == 2);
+    let lowest = head.map(|(t, _)| closed.labelled.mesh.vertices[t[0] as usize].z).fold(f64::MAX, f64::min);
+    assert!(lowest > 1.5 * height, "the head goes down to {lowest}");
 }
 
 #[test]

@@ -212,6 +212,36 @@ pub fn pipe(outer: f64, inner: f64, height: f64) -> Part {
     part
 }
 
+/// A post about z with a bore through it: a wide foot below, a stem, a head as wide as nothing below it but the foot, each
+/// `height` tall and in this order from z = 0. Walls 0 to 2, shoulder of the foot 3, underside of the head 4, top 5, bottom
+/// 6, bore 7.
+pub fn post([foot, stem, head]: [f64; 3], bore: f64, height: f64) -> Part {
+    let mut part = Part::new();
+    let n = around(foot);
+    let nz = (height / STEP).round() as usize;
+    let turned = |r: f64, u: f64, z: f64| Point3::new(r * (TAU * u).cos(), r * (TAU * u).sin(), z);
+    for (label, radius) in [(0, foot), (1, stem), (2, head)] {
+        let from = height * f64::from(label);
+        part.grid(label, n, nz, |u, v| turned(radius, u, from + height * v));
+        part.primitives.push(cylinder(Vec3::z_axis(), radius, true));
+    }
+    let rings = [
+        (foot, stem, height, true),
+        (stem, head, 2.0 * height, false),
+        (head, bore, 3.0 * height, true),
+        (bore, foot, 0.0, false),
+    ];
+    for (label, (from, to, z, up)) in (3..).zip(rings) {
+        let nr = ((from - to).abs() / STEP).round() as usize;
+        // Seen from above the turn runs to the right as the radius falls, from below as it grows.
+        part.grid(label, n, nr, |u, v| turned(from + (to - from) * v, u, z));
+        part.primitives.push(plane(Point3::new(0.0, 0.0, z), if up { Vec3::z() } else { -Vec3::z() }));
+    }
+    part.grid(7, n, 3 * nz, |u, v| turned(bore, -u, 3.0 * height * v));
+    part.primitives.push(cylinder(Vec3::z_axis(), bore, false));
+    part
+}
+
 /// A pipe about z with a groove round its wall, a tube open by a third of its turn: wall above 0, below 4, groove 5.
 pub fn grooved_pipe(outer: f64, inner: f64, height: f64, tube: f64) -> Part {
     const OPEN: f64 = TAU / 6.0;

@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use scanwright::math::{Point3, Vec3};
+use scanwright::segment::RegionId;
 use scanwright::surface::{Cylinder, Plane, Surface, SurfaceKind};
 
 use crate::scanned::box_distance;
@@ -155,4 +156,49 @@ fn a_land_that_no_region_shows_is_put_in() {
     // A sharp wedge under the same spot has none.
     let sharp = segmented(&seen(wedge, SPOT, WEDGE_BOX.0, WEDGE_BOX.1), SPOT);
     assert_eq!(kinds(&sharp), [Some(SurfaceKind::Plane); 2]);
+}
+
+#[test]
+fn a_collar_with_blunt_ends_is_a_cylinder() {
+    // Nine spacings wide under a spot of 1.3, its underside not seen: no neighbour says what rounds its lower end.
+    let (shaft, collar, height, spot) = (12.0, 20.0, 9.0, 1.3);
+    let distance = |p: &Point3| {
+        let ring = (from_z(p) - collar).max(-p.z).max(p.z - height);
+        ring.min(from_z(p) - shaft)
+    };
+    let mesh = seen(distance, spot, [-22.5, -22.5, -16.5], [22.5, 22.5, 24.5]);
+    let mesh = without(&mesh, |p| p.z < 0.7 && p.z > -6.0 && from_z(p) < collar - 0.7);
+    let segmentation = segmented(&mesh, spot);
+    let mut walls = regions_of(&mesh, &segmentation, |p| {
+        (from_z(p) - collar).abs() < 0.5 && p.z > 2.0 && p.z < height - 2.0
+    });
+    walls.sort_by_key(|w| std::cmp::Reverse(w.1));
+    let kind = segmentation.primitives[walls[0].0.0 as usize].surface.map(|s| s.kind());
+    assert_eq!(kind, Some(SurfaceKind::Cylinder), "{:?}", kinds(&segmentation));
+}
+
+#[test]
+fn a_bent_pipe_changes_over_where_its_surfaces_touch() {
+    let (bend, pipe) = (22.0, 6.0);
+    let distance = |p: &Point3| {
+        let off = if p.y > 0.0 { from_z(p) - bend } else { p.x.abs() - bend };
+        off.hypot(p.z) - pipe
+    };
+    let mesh = seen(distance, SPOT, [-30.5, -24.5, -8.5], [30.5, 30.5, 8.5]);
+    let segmentation = segmented(&mesh, SPOT);
+    assert_eq!(
+        kinds(&segmentation),
+        [Some(SurfaceKind::Cylinder), Some(SurfaceKind::Cylinder), Some(SurfaceKind::Torus)]
+    );
+    let is_bend = |region: RegionId| {
+        segmentation.primitives[region.0 as usize].surface.is_some_and(|s| s.kind() == SurfaceKind::Torus)
+    };
+    let farthest = (0..mesh.triangles.len()).filter_map(|t| {
+        let y = mesh.triangle_center(t).y;
+        let is_wrong = is_bend(segmentation.labels[t]?) != (y > 0.0);
+        is_wrong.then_some(y.abs())
+    });
+    // The bend's centre is known to a fraction of a spacing.
+    let farthest = farthest.fold(0.0, f64::max);
+    assert!(farthest < 1.5, "triangles {farthest} from the contact have the wrong surface");
 }

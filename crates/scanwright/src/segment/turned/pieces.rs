@@ -156,7 +156,7 @@ impl Face {
             return None;
         }
         let profile = Profile::of(field, axis, &self.interior);
-        let lines = if profile.is_bent(field) { Vec::new() } else { profile.lines() };
+        let lines = if profile.is_bent(field.weights.distance_sigma) { Vec::new() } else { profile.lines() };
         lines.into_iter().chain(profile.arc(field)).find(|fit| {
             self.evidence.iter().all(|(samples, own)| {
                 let shared = mean_cost(fit, samples, &field.weights);
@@ -235,7 +235,7 @@ impl Profile {
 
     /// Whether the profile is bent by more than noise, and all round the turn alike: each part of the turn votes with the
     /// curvature of its own profile, whatever the noise is like.
-    fn is_bent(&self, field: &Field) -> bool {
+    fn is_bent(&self, sigma: f64) -> bool {
         const N_PARTS: usize = 12;
         const MIN_PARTS: usize = 4;
         /// Vertices of a part.
@@ -256,9 +256,7 @@ impl Profile {
         let mean = bends.iter().sum::<f64>() / n.max(1.0);
         let variance = bends.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         let sagitta = 0.5 * mean.abs() * reach * reach;
-        bends.len() >= MIN_PARTS
-            && mean.abs() > CLEARLY * (variance / n).sqrt()
-            && sagitta > field.weights.distance_sigma
+        bends.len() >= MIN_PARTS && mean.abs() > CLEARLY * (variance / n).sqrt() && sagitta > sigma
     }
 }
 
@@ -284,4 +282,35 @@ fn touching(field: &Field, regions: &Regions) -> Vec<(u32, u32)> {
     pairs.sort_unstable();
     pairs.dedup();
     pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A profile along x, 20 long all round the turn, of `off` by place along it and turn.
+    fn profile(off: impl Fn(f64, f64) -> f64) -> Profile {
+        let axis = Axis { origin: Point3::origin(), direction: Vec3::z_axis() };
+        let frame = Frame::from_z(axis.origin, axis.direction);
+        let at = (0..4000).map(|i| {
+            let (along, turn) =
+                (f64::from(i % 40) * 0.5 - 9.75, f64::from(i / 40) * 0.01 * std::f64::consts::TAU);
+            (Vector2::new(30.0 + along, off(along, turn)), turn)
+        });
+        let mean = Vector2::new(30.0, 0.0);
+        Profile { axis, frame, at: at.collect(), mean, normal: Vector2::y() }
+    }
+
+    #[test]
+    fn a_profile_is_bent_that_is_so_all_round_and_not_where_noise_is_wavy() {
+        let (sigma, length) = (0.2, 9.75);
+        // Waves of twice the noise, as long as the profile, that come and go round the turn.
+        let wave = |along: f64, turn: f64| 2.0 * sigma * (0.3 * along + 5.0 * turn).cos();
+        let bend = |sagitta: f64| move |along: f64, _: f64| -sagitta * (along / length).powi(2);
+        assert!(!profile(wave).is_bent(sigma));
+        assert!(profile(bend(1.5 * sigma)).is_bent(sigma));
+        assert!(!profile(bend(0.5 * sigma)).is_bent(sigma), "less than the noise is no bend");
+        let both = |along: f64, turn: f64| wave(along, turn) + bend(6.0 * sigma)(along, turn);
+        assert!(profile(both).is_bent(sigma));
+    }
 }
