@@ -7,7 +7,7 @@ use scanwright::math::{Point3, Vec3};
 use scanwright::segment::RegionId;
 use scanwright::surface::{Cylinder, Plane, Surface, SurfaceKind};
 
-use crate::scanned::box_distance;
+use crate::scanned::{blurred, box_distance, scan, with_noise};
 use crate::segmentation::{SPOT, kinds, regions_of, seen, segmented, without};
 
 fn from_z(p: &Point3) -> f64 {
@@ -166,7 +166,9 @@ fn a_collar_with_blunt_ends_is_a_cylinder() {
         let ring = (from_z(p) - collar).max(-p.z).max(p.z - height);
         ring.min(from_z(p) - shaft)
     };
-    let mesh = seen(distance, spot, [-22.5, -22.5, -16.5], [22.5, 22.5, 24.5]);
+    let clean = scan(blurred(distance, spot, 2.0), [-22.5, -22.5, -16.5], [22.5, 22.5, 24.5], 1.0);
+    // A handheld scanner's noise.
+    let mesh = with_noise(&clean, 0.2, 7);
     let mesh = without(&mesh, |p| p.z < 0.7 && p.z > -6.0 && from_z(p) < collar - 0.7);
     let segmentation = segmented(&mesh, spot);
     let mut walls = regions_of(&mesh, &segmentation, |p| {
