@@ -15,9 +15,12 @@ const CLIP: f64 = 4.0;
 const BIN: f64 = 0.8;
 /// Places that a model is fitted to.
 const N_FIT: usize = 300;
-/// Range of a sharp edge's own spot, as shares of the scan's, and the standard deviation of what edges of one scan show.
-const SPOT_RANGE: (f64, f64) = (0.5, 2.0);
+/// Standard deviation of what edges of one scan show of its spot, as a share.
 const SPOT_SPREAD: f64 = 0.15;
+/// Price of a spot that was measured wrong: one scan in a hundred.
+const WRONG_SPOT: f64 = 9.2;
+/// Largest spot, spacings.
+const LARGEST_SPOT: f64 = 1.5;
 
 /// A model with its misfit: deviations of the averages, squared, in units of their noise.
 #[derive(Debug, Clone, Copy)]
@@ -50,18 +53,23 @@ impl<'p> Edge<'p> {
         }
     }
 
-    /// The best sharp edge. Its own spot may differ from the scan's, at the price of how far edges of one scan do.
+    /// The best sharp edge. Its own spot may differ from the scan's, at the price of how far edges of one scan do; where the
+    /// scan's was measured wrong, at that of so unlikely an event.
     pub fn sharp(&self) -> Fitted {
-        let (low, high) = SPOT_RANGE;
-        let priced = |share: f64| {
-            let fitted = self.fitted(Corner::Sharp { blur: self.blur * share });
-            Fitted { misfit: fitted.misfit + ((share - 1.0) / SPOT_SPREAD).powi(2), ..fitted }
+        let largest = (LARGEST_SPOT * self.spacing).max(2.0 * self.blur);
+        let priced = |blur: f64| {
+            let fitted = self.fitted(Corner::Sharp { blur });
+            let off = (blur / self.blur.max(f64::MIN_POSITIVE) - 1.0) / SPOT_SPREAD;
+            Fitted { misfit: fitted.misfit + (off * off).min(WRONG_SPOT), ..fitted }
         };
-        let loss = |[share]: [f64; 1]| {
-            if (low..=high).contains(&share) { priced(share).misfit } else { f64::MAX }
+        let loss = |[blur]: [f64; 1]| {
+            if (0.0..=largest).contains(&blur) { priced(blur).misfit } else { f64::MAX }
         };
-        let [share] = search(&[[low], [0.7], [1.0], [1.4], [high]], [0.2], loss);
-        priced(share)
+        let starts = [0.7, 1.0, 1.4].map(|share| [self.blur * share]);
+        let others = [0.1, 0.3, 0.5, 0.7, 0.9].map(|share| [share * largest]);
+        let starts: Vec<[f64; 1]> = starts.into_iter().chain(others).collect();
+        let [blur] = search(&starts, [0.1 * largest], loss);
+        priced(blur)
     }
 
     pub fn chamfer(&self) -> Fitted {
