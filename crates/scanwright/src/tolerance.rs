@@ -29,7 +29,7 @@ pub struct Tolerances {
 
 impl Tolerances {
     /// Relative precision of a coordinate stored as `f32`, as most scan files do.
-    const REL_ROUNDING: f64 = 1.2e-7;
+    pub const REL_ROUNDING: f64 = 1.2e-7;
     /// Default largest gap of a solid, as a share of the vertex spacing: far below what the scan can show.
     const GAP_PER_SPACING: f64 = 0.05;
 

@@ -30,7 +30,7 @@ pub(super) fn mended(bench: &Bench, start: Attempt, steps: &[Mend]) -> Attempt {
     faceted(bench, demoted(bench, relabelled(bench, stepped)))
 }
 
-/// Mends that take less than this from the severity are not worth a change.
+/// Mends that take less than this from the severity, a sum of gaps in spacings, are not worth a change.
 pub(super) const WORTH: f64 = 1e-3;
 
 /// Changes labels as long as that helps.

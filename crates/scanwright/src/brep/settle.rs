@@ -127,8 +127,9 @@ fn refit(
     let start = centered(surface, &center);
     let linearize = |s: &Surface| {
         let mut normal = Normal::<8>::zero();
-        // Central differences: truncation at 1e-8, rounding at 1e-12 of the value.
-        let step = spacing * 1e-4;
+        /// Of the spacing, for central differences: truncation at 1e-8, rounding at 1e-12 of the value.
+        const STEP: f64 = 1e-4;
+        let step = STEP * spacing;
         let moved: Vec<[Option<Surface>; 2]> = (0..8)
             .map(|i| {
                 [step, -step].map(|d| {

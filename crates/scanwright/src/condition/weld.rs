@@ -8,9 +8,8 @@
 
 use crate::math::Point3;
 use crate::mesh::{Mesh, VertId};
+use crate::tolerance::Tolerances;
 
-/// Relative precision of a coordinate stored as `f32`, as most scan files do.
-const REL_ROUNDING: f64 = 1.2e-7;
 /// Two coordinates rounded on their own lie up to two half roundings apart, on three axes.
 const ROUNDINGS: f64 = 2.0;
 /// Text files with seven digits differ by this share of the diagonal; method.md 1 asks for the same.
@@ -44,7 +43,7 @@ pub(super) fn weld(mesh: &Mesh) -> Welding {
 
 fn tolerance(mesh: &Mesh) -> f64 {
     let largest = mesh.largest_coordinate();
-    let wanted = (ROUNDINGS * REL_ROUNDING * largest).max(PER_DIAGONAL * mesh.diagonal());
+    let wanted = (ROUNDINGS * Tolerances::REL_ROUNDING * largest).max(PER_DIAGONAL * mesh.diagonal());
     let allowed = median_edge(mesh).map_or(0.0, |edge| PER_MEDIAN_EDGE * edge);
     // What f64 cannot tell apart is one whatever the edges.
     wanted.min(allowed).max(f64::EPSILON * largest).max(f64::MIN_POSITIVE)

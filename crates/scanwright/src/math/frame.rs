@@ -54,6 +54,14 @@ impl Frame {
         Vec3::new(offset.dot(&self.x), offset.dot(&self.y), offset.dot(&self.z))
     }
 
+    /// Which of `n` equal sectors about the third direction `point` is in, counted from the first direction.
+    pub fn sector(&self, point: &Point3, n: usize) -> usize {
+        let local = self.local(point);
+        let share = (local.y.atan2(local.x) / std::f64::consts::TAU).rem_euclid(1.0);
+        // Rounding can make a whole turn of a small negative one.
+        ((share * n as f64) as usize).min(n - 1)
+    }
+
     /// The point with coordinates `local` in this frame.
     pub fn global(&self, local: &Vec3) -> Point3 {
         self.origin

@@ -57,7 +57,7 @@ pub enum Stop {
 /// Minimizes a cost over a state that moves by `N`-vectors (its retraction).
 ///
 /// `linearize` gives the normal equations at a state, `retract` applies a step. Stops when the cost falls by less
-/// than a millionth of itself, or after `max_iterations`.
+/// than a ten-millionth of itself, or after `max_iterations`.
 pub fn minimize<const N: usize, S: Clone>(
     start: S,
     max_iterations: usize,
@@ -66,10 +66,13 @@ pub fn minimize<const N: usize, S: Clone>(
 ) -> (S, Normal<N>, Stop) {
     /// Relative fall of the cost below which further steps cannot matter beside the noise.
     const RELATIVE_FALL: f64 = 1e-7;
+    /// Nearly a Gauss-Newton step: starts are good, and a step that fails raises it.
+    const FIRST_DAMPING: f64 = 1e-4;
+    /// Below this it changes no digit, and raising it from zero would never bring it back.
+    const LEAST_DAMPING: f64 = 1e-12;
     let mut state = start;
     let mut model = linearize(&state);
-    // Nearly a Gauss-Newton step: starts are good, and a step that fails raises it.
-    let mut damping = 1e-4;
+    let mut damping = FIRST_DAMPING;
     for _ in 0..max_iterations {
         let mut stepped = false;
         for _ in 0..8 {
@@ -78,8 +81,7 @@ pub fn minimize<const N: usize, S: Clone>(
                 let enough = fall > RELATIVE_FALL * model.cost;
                 state = next;
                 model = next_model;
-                // Below this it changes no digit, and raising it from zero would never bring it back.
-                damping = (damping * 0.2).max(1e-12);
+                damping = (damping * 0.2).max(LEAST_DAMPING);
                 stepped = true;
                 if !enough {
                     return (state, model, Stop::Converged);
@@ -102,11 +104,12 @@ fn attempt<const N: usize, S: Clone>(
     linearize: &impl Fn(&S) -> Normal<N>,
     retract: &impl Fn(&S, &SVector<f64, N>) -> Option<S>,
 ) -> Option<(S, Normal<N>)> {
+    /// Share of the trace that keeps unobservable directions from making the system singular.
+    const UNSHOWN: f64 = 1e-12;
     let mut damped = model.hessian;
     let trace = damped.trace().max(f64::MIN_POSITIVE);
     for i in 0..N {
-        // The second term keeps unobservable directions from making the system singular.
-        damped[(i, i)] += damping * damped[(i, i)] + 1e-12 * trace;
+        damped[(i, i)] += damping * damped[(i, i)] + UNSHOWN * trace;
     }
     let step = solve_spd(damped, -model.gradient)?;
     let next = retract(state, &step)?;

@@ -3,13 +3,13 @@
 //! Everything is `f64`; nalgebra's generics stay behind these aliases.
 
 pub mod blur;
-mod circle;
 mod frame;
 pub mod least_squares;
+mod planar;
 pub mod stats;
 
-pub use circle::{fitted_circle, nearest_circle};
 pub use frame::{Axis, Frame, any_perpendicular};
+pub use planar::{fitted_circle, fitted_parabola, longest_extent, nearest_circle};
 
 use nalgebra::SymmetricEigen;
 

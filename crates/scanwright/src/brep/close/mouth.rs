@@ -68,7 +68,8 @@ impl Mouth {
     /// Whether faces that were seen cross the extension most of the way round before it arrives at `table`.
     fn is_crossed(&self, shell: &Shell, table: &Plane) -> bool {
         const N_SECTORS: usize = 36;
-        const MOST: usize = 18;
+        /// Half of them: a wall that only touches the extension is not in its way.
+        const MOST: usize = N_SECTORS / 2;
         /// Spacings off the extension within which a vertex crosses it, and by which it keeps off its ends.
         const NEAR: f64 = 1.0;
         const END: f64 = 3.0;
@@ -79,9 +80,7 @@ impl Mouth {
             let is_between = self.height(point) > self.depth + END * shell.spacing
                 && table.signed_distance(point) > END * shell.spacing;
             if is_between && surface.signed_distance(point).abs() < NEAR * shell.spacing {
-                let local = frame.local(point);
-                let turn = (local.y.atan2(local.x) / (2.0 * PI)).rem_euclid(1.0);
-                sectors[((turn * N_SECTORS as f64) as usize).min(N_SECTORS - 1)] = true;
+                sectors[frame.sector(point, N_SECTORS)] = true;
             }
         }
         sectors.iter().filter(|s| **s).count() > MOST

@@ -15,9 +15,10 @@ const CLIP: f64 = 4.0;
 const BIN: f64 = 0.8;
 /// Places that a model is fitted to.
 const N_FIT: usize = 300;
-/// Standard deviation of what edges of one scan show of its spot, as a share.
+/// Standard deviation of what sharp edges of one scan show of its spot, as a share of the measured one: 0.21, 0.12 and 0.15
+/// in the median over 13 clean, 14 quiet and 5 rough scans of the benchmark (1 687 fits without a price).
 const SPOT_SPREAD: f64 = 0.15;
-/// Price of a spot that was measured wrong: one scan in a hundred.
+/// Price of a spot that was measured wrong, as if one scan in a hundred were.
 const WRONG_SPOT: f64 = 9.2;
 /// Largest spot, spacings.
 const LARGEST_SPOT: f64 = 1.5;

@@ -8,6 +8,7 @@
 //! there, if it describes it clearly better than they do (`run`).
 
 mod chain;
+mod generatrix;
 mod pieces;
 mod profile;
 mod run;
@@ -25,6 +26,8 @@ pub(super) use pieces::unite;
 pub(super) use run::Resolved;
 use run::{N_SECTORS, Run};
 
+/// Radians within which a line made to run along or across the axis does so: rounding alone turns it.
+const ALONG: f64 = 1e-9;
 /// Regions of fewer vertices show no axis that others could turn about.
 const MIN_AXIS_VERTICES: usize = 100;
 
@@ -61,9 +64,7 @@ fn level_sectors(field: &Field, axis: &Axis, members: &[u32]) -> Option<[bool; N
         let along = axis.direction.cross(&radial) / radial.norm();
         n += 1;
         n_level += usize::from(field.normals[v as usize].dot(&along).abs() < LEVEL);
-        let local = frame.local(&field.points[v as usize]);
-        let turn = (local.y.atan2(local.x) / std::f64::consts::TAU).rem_euclid(1.0);
-        sectors[((turn * N_SECTORS as f64) as usize).min(N_SECTORS - 1)] = true;
+        sectors[frame.sector(&field.points[v as usize], N_SECTORS)] = true;
     }
     (n > 0 && n_level as f64 > SHARE * n as f64).then_some(sectors)
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector2;
 
-use crate::math::Frame;
+use crate::math::{Frame, Point3};
 use crate::segment::field::Field;
 
 /// Vertices of one place of a profile.
@@ -27,15 +27,16 @@ const BIN: f64 = 0.6;
 /// Rows along a turn per independent sample: the correlation length of scan noise.
 const ROWS_PER_SAMPLE: f64 = 6.0;
 
-/// A vertex in the half-plane: radius and height.
-pub(super) fn in_half_plane(frame: &Frame, field: &Field, v: u32) -> Vector2<f64> {
-    let local = frame.local(&field.points[v as usize]);
+/// A point in the half-plane: radius and height.
+pub(super) fn in_half_plane(frame: &Frame, point: &Point3) -> Vector2<f64> {
+    let local = frame.local(point);
     Vector2::new(local.x.hypot(local.y), local.z)
 }
 
 /// The means along the profile of `vertices`, from where `start` is; `None` where they do not lie on one curve.
 pub(super) fn means(field: &Field, frame: &Frame, vertices: &[u32], start: &[u32]) -> Option<Vec<Mean>> {
-    let planar: Vec<Vector2<f64>> = vertices.iter().map(|&v| in_half_plane(frame, field, v)).collect();
+    let planar: Vec<Vector2<f64>> =
+        vertices.iter().map(|&v| in_half_plane(frame, &field.points[v as usize])).collect();
     let keys = arc_lengths(field, frame, &planar, start)?;
     let rough = binned(field, frame, vertices, &planar, &keys);
     // Lengths along cells are coarse; along the curve they give they are not.
@@ -63,7 +64,7 @@ fn arc_lengths(
     counts.retain(|_, n| *n as f64 > 0.1 * mean);
     let starts: BTreeSet<(i64, i64)> = start
         .iter()
-        .map(|&v| cell(&in_half_plane(frame, field, v)))
+        .map(|&v| cell(&in_half_plane(frame, &field.points[v as usize])))
         .filter(|c| counts.contains_key(c))
         .collect();
     let first = farthest(&counts, &starts)?;

@@ -5,17 +5,17 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 
 use super::chain::{Arc, Chain, Element, Line, Misfit, Outline, Piece, Scale};
+use super::generatrix::surface_of_arc;
 use super::profile::{self, Mean};
 use super::search::best_chain;
-use super::{level_sectors, turned_line};
+use super::{ALONG, level_sectors, turned_line};
 use crate::fit::Fit;
 use crate::math::{Axis, Frame, UnitVec3, Vec3, stats};
 use crate::mesh::connected;
 use crate::par;
-use crate::recognize::is_ring_or_lemon;
 use crate::segment::field::{Field, Scratch};
 use crate::segment::finish::Regions;
-use crate::surface::{Sphere, Surface, SurfaceKind, Torus};
+use crate::surface::{Surface, SurfaceKind};
 
 /// Rings between the middle of the widest narrow face and its border.
 const NARROW_RINGS: usize = 6;
@@ -166,7 +166,7 @@ fn piece_of(field: &Field, frame: &Frame, fit: &Fit, members: &[u32]) -> Option<
     let mut offsets: Vec<f64> = interior
         .iter()
         .step_by(stride)
-        .map(|&v| normal.dot(&profile::in_half_plane(frame, field, v)))
+        .map(|&v| normal.dot(&profile::in_half_plane(frame, &field.points[v as usize])))
         .collect();
     let offset = stats::median(&mut offsets)?;
     Some(Piece::Line(Line { angle: normal.y.atan2(normal.x), offset }))
@@ -246,7 +246,7 @@ impl Run {
         const N_TURNS: usize = 4;
         let mut votes: Vec<Vec<(u32, usize)>> = vec![Vec::new(); means.len()];
         for &v in vertices {
-            let at = profile::in_half_plane(&self.frame, field, v);
+            let at = profile::in_half_plane(&self.frame, &field.points[v as usize]);
             let off = |m: &Mean| (m.at - at).norm_squared();
             let nearest = (0..means.len()).min_by(|a, b| off(&means[*a]).total_cmp(&off(&means[*b])))?;
             let region = regions.of_vertex[v as usize]?;
@@ -300,7 +300,8 @@ impl Run {
         let mut groups: Vec<(Element, Vec<u32>)> =
             outline.elements().into_iter().map(|e| (e, Vec::new())).collect();
         for &v in &all {
-            let element = outline.nearest(&profile::in_half_plane(&self.frame, field, v), is_ground);
+            let element =
+                outline.nearest(&profile::in_half_plane(&self.frame, &field.points[v as usize]), is_ground);
             groups.iter_mut().find(|g| g.0 == element)?.1.push(v);
         }
         let mut resolved = Resolved { faces: Vec::new(), ends: Vec::new() };
@@ -316,9 +317,10 @@ impl Run {
                 Element::Corner(k) => self.surface_of_arc(&chain.rounding(k)?)?,
                 Element::Piece(k) => match &chain.pieces[k] {
                     Piece::Arc(arc) => self.surface_of_arc(arc)?,
-                    Piece::Line(line) => {
-                        self.surface_of_line(line, &profile::in_half_plane(&self.frame, field, members[0]))
-                    }
+                    Piece::Line(line) => self.surface_of_line(
+                        line,
+                        &profile::in_half_plane(&self.frame, &field.points[members[0] as usize]),
+                    ),
                 },
             };
             resolved.faces.push((fit, members));
@@ -328,14 +330,12 @@ impl Run {
 
     /// A line turned about the axis; `near`: a place on it.
     fn surface_of_line(&self, line: &Line, near: &Vector2<f64>) -> Fit {
-        /// Lines along or across the axis are so exactly, but for rounding.
-        const EXACT: f64 = 1e-9;
         let n = line.normal();
         let at = near - n * (n.dot(near) - line.offset);
         let Frame { origin, x, z, .. } = self.frame;
         let point = origin + x.into_inner() * at.x + z.into_inner() * at.y;
         let normal = x.into_inner() * n.x + z.into_inner() * n.y;
-        turned_line(&Axis { origin, direction: z }, &point, &UnitVec3::new_normalize(normal), EXACT)
+        turned_line(&Axis { origin, direction: z }, &point, &UnitVec3::new_normalize(normal), ALONG)
     }
 
     /// A narrow arc turned about the axis: no lemon, whose tip lies on it.
@@ -343,20 +343,4 @@ impl Run {
         let fit = surface_of_arc(&self.frame, &arc.center, arc.radius, arc.convex)?;
         (arc.center.x > 0.0 || fit.surface.kind() == SurfaceKind::Sphere).then_some(fit)
     }
-}
-
-/// The surface that an arc about `center`, in the half-plane of `frame`, leaves as it turns about the axis; `None` where it
-/// is nearly a sphere off its centre.
-pub(super) fn surface_of_arc(frame: &Frame, center: &Vector2<f64>, radius: f64, convex: bool) -> Option<Fit> {
-    /// Radius of the tube's circle over that of the tube below which it is a sphere.
-    const CENTERED: f64 = 0.05;
-    let origin = frame.origin + frame.z.into_inner() * center.y;
-    let surface = if center.x.abs() < CENTERED * radius {
-        Surface::Sphere(Sphere { center: origin, radius })
-    } else {
-        let axis = Axis { origin, direction: frame.z };
-        Surface::Torus(Torus { axis, major_radius: center.x, minor_radius: radius })
-    };
-    let is_one = surface.kind() == SurfaceKind::Sphere || is_ring_or_lemon(center.x / radius);
-    is_one.then_some(Fit { surface, outward: convex })
 }

@@ -1,4 +1,4 @@
-//! The circle nearest to points of a plane.
+//! Points of a plane: their longest extent, and the parabola and the circle nearest to them.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -55,26 +55,37 @@ pub fn fitted_circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
     radius.is_finite().then_some((center, radius))
 }
 
-/// The circle that osculates the best parabola over the points' longest extent.
-fn parabola_circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
-    let mean = points.iter().sum::<Vector2<f64>>() / points.len() as f64;
+/// Mean of points and the direction in which they spread most; the origin and x when there are none.
+pub fn longest_extent(points: &[Vector2<f64>]) -> (Vector2<f64>, Vector2<f64>) {
+    let mean = points.iter().sum::<Vector2<f64>>() / points.len().max(1) as f64;
     let spread: Matrix2<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
     let eigen = spread.symmetric_eigen();
-    let k = usize::from(eigen.eigenvalues.y > eigen.eigenvalues.x);
-    let along: Vector2<f64> = eigen.eigenvectors.column(k).into_owned();
-    let across = Vector2::new(-along.y, along.x);
+    let most = usize::from(eigen.eigenvalues.y > eigen.eigenvalues.x);
+    (mean, eigen.eigenvectors.column(most).into_owned())
+}
+
+/// Coefficients of `1`, `x`, `x^2` of the parabola from which points are nearest along y; `None` when fewer than three
+/// differ in x.
+pub fn fitted_parabola(points: impl Iterator<Item = Vector2<f64>>) -> Option<[f64; 3]> {
     let (mut matrix, mut right) = (Mat3::zeros(), Vec3::zeros());
     for p in points {
-        let u = along.dot(&(p - mean));
-        let row = Vec3::new(1.0, u, u * u);
+        let row = Vec3::new(1.0, p.x, p.x * p.x);
         matrix += row * row.transpose();
-        right += row * across.dot(&(p - mean));
+        right += row * p.y;
     }
-    let found = matrix.try_inverse()? * right;
-    let slope = found.y.hypot(1.0);
-    let radius = slope.powi(3) / (2.0 * found.z);
-    let normal = (across - along * found.y) / slope;
-    (radius.is_finite() && found.z != 0.0).then(|| (mean + across * found.x + normal * radius, radius.abs()))
+    Some((matrix.try_inverse()? * right).into())
+}
+
+/// The circle that osculates the best parabola over the points' longest extent.
+fn parabola_circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
+    let (mean, along) = longest_extent(points);
+    let across = Vector2::new(-along.y, along.x);
+    let local = points.iter().map(|p| Vector2::new(along.dot(&(p - mean)), across.dot(&(p - mean))));
+    let [height, rise, bend] = fitted_parabola(local)?;
+    let slope = rise.hypot(1.0);
+    let radius = slope.powi(3) / (2.0 * bend);
+    let normal = (across - along * rise) / slope;
+    (radius.is_finite() && bend != 0.0).then(|| (mean + across * height + normal * radius, radius.abs()))
 }
 
 #[cfg(test)]
