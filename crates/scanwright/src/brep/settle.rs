@@ -142,11 +142,12 @@ fn refit(
         let weighted = holding.iter().map(|p| (p, *weight)).chain(pulls.iter().map(|p| (p, BORDER_WEIGHT)));
         for (point, w) in weighted {
             let residual = s.signed_distance(point);
-            let row = nalgebra::SVector::<f64, 8>::from_fn(|i, _| match &moved[i] {
+            let row: [f64; 8] = std::array::from_fn(|i| match &moved[i] {
                 [Some(a), Some(b)] => (a.signed_distance(point) - b.signed_distance(point)) / (2.0 * step),
                 _ => 0.0,
             });
-            normal.add(residual, &row, w, w * residual * residual);
+            normal.add([residual], &[row], w);
+            normal.cost += w * residual * residual;
         }
         normal
     };

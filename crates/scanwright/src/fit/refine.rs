@@ -66,34 +66,64 @@ fn normal_equations(
     let per_distance = 1.0 / weights.distance_sigma;
     let per_tilt = weights.normal_weight.sqrt() / weights.normal_sigma;
     let mut sum = Normal::zero();
-    for (point, normal) in samples.points.iter().zip(&samples.normals) {
-        let jet = surface.jet(point);
-        let arm = point - pivot;
-        let observed = normal * sign;
+    let mut logarithms = LogSum::default();
+    surface.for_each_jet(&samples.points, |i, jet| {
+        let arm = samples.points[i] - pivot;
+        let observed = samples.normals[i] * sign;
         let scaled = jet.distance * per_distance;
         let tilt_sq = (observed - jet.normal).norm_squared() * per_tilt * per_tilt;
-        let cost = scaled * scaled + tilt_sq;
-        let weight = 1.0 / (1.0 + cost / CAUCHY_SQ);
-        let turn = arm.cross(&jet.normal);
-        let row = row8(-jet.normal, -turn, jet.distance_by_shape, per_distance);
-        sum.add(scaled, &row, weight, CAUCHY_SQ * (cost / CAUCHY_SQ).ln_1p());
-        if per_tilt > 0.0 {
-            for k in 0..2 {
-                let tangent = jet.tangents[k];
-                let curvature = jet.curvatures[k];
-                let turn = arm.cross(&tangent) * curvature - observed.cross(&tangent);
-                let shape = if k == 0 { jet.tilt_by_shape } else { [0.0; 2] };
-                let row = row8(tangent * curvature, turn, shape, per_tilt);
-                sum.add(observed.dot(&tangent) * per_tilt, &row, weight, 0.0);
-            }
+        let discount = 1.0 + (scaled * scaled + tilt_sq) / CAUCHY_SQ;
+        logarithms.add(discount);
+        let across = row8(-jet.normal, arm.cross(&-jet.normal), jet.distance_by_shape, per_distance);
+        if per_tilt == 0.0 {
+            sum.add([scaled], &[across], 1.0 / discount);
+            return;
         }
-    }
+        let along = [jet.tilt_by_shape, [0.0; 2]];
+        let tilts: [_; 2] = std::array::from_fn(|k| {
+            let (tangent, curvature) = (jet.tangents[k], jet.curvatures[k]);
+            let turn = arm.cross(&tangent) * curvature - observed.cross(&tangent);
+            row8(tangent * curvature, turn, along[k], per_tilt)
+        });
+        let residuals = jet.tangents.map(|tangent| observed.dot(&tangent) * per_tilt);
+        sum.add([scaled, residuals[0], residuals[1]], &[across, tilts[0], tilts[1]], 1.0 / discount);
+    });
+    sum.cost = CAUCHY_SQ * logarithms.sum();
     sum
 }
 
-fn row8(translation: Vec3, turn: Vec3, shape: [f64; 2], scale: f64) -> SVector<f64, 8> {
+fn row8(translation: Vec3, turn: Vec3, shape: [f64; 2], scale: f64) -> [f64; 8] {
     let (t, w) = (translation * scale, turn * scale);
-    SVector::from([t.x, t.y, t.z, w.x, w.y, w.z, shape[0] * scale, shape[1] * scale])
+    [t.x, t.y, t.z, w.x, w.y, w.z, shape[0] * scale, shape[1] * scale]
+}
+
+/// A sum of logarithms, taken as those of products: a logarithm costs as much as all else of a sample.
+struct LogSum {
+    product: f64,
+    sum: f64,
+}
+
+impl Default for LogSum {
+    fn default() -> Self {
+        Self { product: 1.0, sum: 0.0 }
+    }
+}
+
+impl LogSum {
+    /// Adds the logarithm of `factor`, which is at least one.
+    fn add(&mut self, factor: f64) {
+        /// Far from overflow by one more factor.
+        const LARGE: f64 = 1e150;
+        self.product *= factor;
+        if self.product > LARGE {
+            self.sum = self.sum();
+            self.product = 1.0;
+        }
+    }
+
+    fn sum(&self) -> f64 {
+        self.sum + self.product.ln()
+    }
 }
 
 /// The surface moved by a step; `None` when that leaves the shapes that exist.

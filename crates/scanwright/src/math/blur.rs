@@ -5,9 +5,10 @@ use nalgebra::Vector2;
 /// `E|t + tau x|` for a standard normal `x`, and its derivative by `t`.
 pub fn blurred_magnitude(t: f64, tau: f64) -> (f64, f64) {
     let tau = tau.max(f64::MIN_POSITIVE);
-    let erf = erf(t / (tau * std::f64::consts::SQRT_2));
-    let magnitude = tau * (2.0 / std::f64::consts::PI).sqrt() * (-t * t / (2.0 * tau * tau)).exp() + t * erf;
-    (magnitude, erf)
+    let x = t / (tau * std::f64::consts::SQRT_2);
+    let bell = (-x * x).exp();
+    let erf = erf(x, bell);
+    (tau * (2.0 / std::f64::consts::PI).sqrt() * bell + t * erf, erf)
 }
 
 /// Distance of `at` to the zero line of a field as a spot of deviation `blur` sees it: the field averaged over the spot,
@@ -20,14 +21,16 @@ pub fn averaged_distance(
     blur: f64,
     field: impl Fn(&Vector2<f64>) -> (f64, Vector2<f64>),
 ) -> f64 {
-    const N: i32 = 8;
-    const REACH: f64 = SPOT_REACH;
-    let step = 2.0 * REACH / f64::from(N);
-    let offsets = (0..N).map(|i| (f64::from(i) + 0.5) * step - REACH);
+    const N: usize = 8;
+    const STEP: f64 = 2.0 * SPOT_REACH / N as f64;
+    let places: [(f64, f64); N] = std::array::from_fn(|i| {
+        let offset = (i as f64 + 0.5) * STEP - SPOT_REACH;
+        (offset, (-0.5 * offset * offset).exp())
+    });
     let (mut sum, mut slope, mut total) = (0.0, Vector2::zeros(), 0.0);
-    for x in offsets.clone() {
-        for y in offsets.clone() {
-            let weight = (-0.5 * (x * x + y * y)).exp();
+    for (x, weight_x) in places {
+        for (y, weight_y) in places {
+            let weight = weight_x * weight_y;
             let (distance, gradient) = field(&(at + Vector2::new(x, y) * blur));
             sum += weight * distance;
             slope += gradient * weight;
@@ -40,13 +43,14 @@ pub fn averaged_distance(
 /// Deviations beyond which a spot is taken to see nothing.
 pub const SPOT_REACH: f64 = 3.0;
 
-/// Error function, within 1.5e-7: M. Abramowitz, I. Stegun, "Handbook of Mathematical Functions" (1964), 7.1.26.
-fn erf(x: f64) -> f64 {
+/// Error function, within 1.5e-7, with `bell = exp(-x^2)`: M. Abramowitz, I. Stegun, "Handbook of Mathematical Functions"
+/// (1964), 7.1.26.
+fn erf(x: f64, bell: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
     let polynomial = t
         * (0.254_829_592
             + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
-    (1.0 - polynomial * (-x * x).exp()).copysign(x)
+    (1.0 - polynomial * bell).copysign(x)
 }
 
 #[cfg(test)]

@@ -23,23 +23,28 @@ impl<const N: usize> Normal<N> {
         Self { gradient: SVector::zeros(), hessian: SMatrix::zeros(), cost: 0.0 }
     }
 
-    /// Adds one residual with its Jacobian row, weight and share of the cost.
+    /// Adds residuals that share a weight, with their Jacobian rows. Their share of the cost is the caller's to add.
     ///
     /// Fits spend most of their time here: plain loops over whole columns become vector instructions.
     #[inline]
-    pub fn add(&mut self, residual: f64, row: &SVector<f64, N>, weight: f64, cost: f64) {
-        let row: &[f64; N] = row.as_slice().try_into().expect("a row has N entries");
+    pub fn add<const R: usize>(&mut self, residuals: [f64; R], rows: &[[f64; N]; R], weight: f64) {
         let columns = self.hessian.as_mut_slice().as_chunks_mut::<N>().0;
-        for (column, entry) in columns.iter_mut().zip(row) {
-            let scaled = entry * weight;
-            for (sum, other) in column.iter_mut().zip(row) {
-                *sum += scaled * other;
+        for (j, column) in columns.iter_mut().enumerate() {
+            let mut sums = *column;
+            for row in rows {
+                let scaled = row[j] * weight;
+                for (sum, entry) in sums.iter_mut().zip(row) {
+                    *sum += scaled * entry;
+                }
+            }
+            *column = sums;
+        }
+        for (row, residual) in rows.iter().zip(residuals) {
+            let scaled = weight * residual;
+            for (sum, entry) in self.gradient.iter_mut().zip(row) {
+                *sum += scaled * entry;
             }
         }
-        for (sum, entry) in self.gradient.iter_mut().zip(row) {
-            *sum += weight * residual * entry;
-        }
-        self.cost += cost;
     }
 }
 

@@ -3,15 +3,15 @@
 //! Everything is `f64`; nalgebra's generics stay behind these aliases.
 
 pub mod blur;
+mod eigen;
 mod frame;
 pub mod least_squares;
 mod planar;
 pub mod stats;
 
+pub use eigen::symmetric_eigen;
 pub use frame::{Axis, Frame, any_perpendicular};
 pub use planar::{fitted_circle, fitted_parabola, longest_extent, nearest_circle};
-
-use nalgebra::SymmetricEigen;
 
 /// A position, in the scan's unit.
 pub type Point3 = nalgebra::Point3<f64>;
@@ -26,14 +26,6 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 pub fn centroid(points: &[Point3]) -> Point3 {
     let sum = points.iter().fold(Vec3::zeros(), |sum, point| sum + point.coords);
     Point3::from(sum / (points.len().max(1) as f64))
-}
-
-/// Eigenpairs of a symmetric matrix, ascending by eigenvalue.
-pub fn symmetric_eigen(matrix: &Mat3) -> [(f64, UnitVec3); 3] {
-    let eigen = SymmetricEigen::new(*matrix);
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    order.map(|i| (eigen.eigenvalues[i], UnitVec3::new_normalize(eigen.eigenvectors.column(i).into_owned())))
 }
 
 /// Principal axes of `points` about `center`: (variance, direction), ascending by variance.

@@ -1,6 +1,6 @@
 //! Second-order data of a surface at the foot of a point, and its derivatives by the shape parameters.
 
-use super::Surface;
+use super::{Cone, Cylinder, Plane, Sphere, Surface, Torus, each};
 use crate::math::{Axis, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 
 /// Distance, frame of principal directions and curvatures at the foot of a point.
@@ -36,59 +36,99 @@ impl Surface {
 
     /// The jet at the foot of `point`.
     pub fn jet(&self, point: &Point3) -> Jet {
-        match self {
-            Self::Plane(s) => flat(s.signed_distance(point), s.normal),
-            Self::Sphere(s) => {
-                let offset = point - s.center;
-                let normal = s.normal(point);
-                let (first, second) = perpendiculars(normal);
-                let curvature = 1.0 / offset.norm().max(f64::MIN_POSITIVE);
-                Jet {
-                    distance: offset.norm() - s.radius,
-                    normal: normal.into_inner(),
-                    tangents: [first, second],
-                    curvatures: [curvature; 2],
-                    distance_by_shape: [-1.0, 0.0],
-                    tilt_by_shape: [0.0; 2],
-                }
+        each!(self, s => s.jets()(point))
+    }
+
+    /// Calls `consume` with the index and the jet of each of `points`; what the points share is computed once.
+    pub fn for_each_jet(&self, points: &[Point3], mut consume: impl FnMut(usize, &Jet)) {
+        each!(self, s => {
+            let jet = s.jets();
+            for (i, point) in points.iter().enumerate() {
+                consume(i, &jet(point));
             }
-            Self::Cylinder(s) => {
-                let meridian = Meridian::new(&s.axis, point);
-                Jet {
-                    distance: meridian.radius - s.radius,
-                    normal: meridian.outward,
-                    tangents: [meridian.along, meridian.around],
-                    curvatures: [0.0, 1.0 / meridian.radius],
-                    distance_by_shape: [-1.0, 0.0],
-                    tilt_by_shape: [0.0; 2],
-                }
+        });
+    }
+}
+
+impl Plane {
+    fn jets(&self) -> impl Fn(&Point3) -> Jet {
+        let tangents = perpendiculars(self.normal);
+        move |point| Jet {
+            distance: self.signed_distance(point),
+            normal: self.normal.into_inner(),
+            tangents,
+            curvatures: [0.0; 2],
+            distance_by_shape: [0.0; 2],
+            tilt_by_shape: [0.0; 2],
+        }
+    }
+}
+
+impl Sphere {
+    fn jets(&self) -> impl Fn(&Point3) -> Jet {
+        |point| {
+            let normal = self.normal(point);
+            let from_center = (point - self.center).norm();
+            Jet {
+                distance: from_center - self.radius,
+                normal: normal.into_inner(),
+                tangents: perpendiculars(normal),
+                curvatures: [1.0 / from_center.max(f64::MIN_POSITIVE); 2],
+                distance_by_shape: [-1.0, 0.0],
+                tilt_by_shape: [0.0; 2],
             }
-            Self::Cone(s) => {
-                let meridian = Meridian::new(&s.axis, point);
-                let (sin, cos) = s.half_angle.sin_cos();
-                let off = meridian.radius - s.radius;
-                Jet {
-                    distance: off * cos - meridian.height * sin,
-                    normal: meridian.outward * cos - meridian.along * sin,
-                    tangents: [meridian.outward * sin + meridian.along * cos, meridian.around],
-                    curvatures: [0.0, cos / meridian.radius],
-                    distance_by_shape: [-cos, -off * sin - meridian.height * cos],
-                    tilt_by_shape: [0.0, 1.0],
-                }
+        }
+    }
+}
+
+impl Cylinder {
+    fn jets(&self) -> impl Fn(&Point3) -> Jet {
+        |point| {
+            let meridian = Meridian::new(&self.axis, point);
+            Jet {
+                distance: meridian.radius - self.radius,
+                normal: meridian.outward,
+                tangents: [meridian.along, meridian.around],
+                curvatures: [0.0, 1.0 / meridian.radius],
+                distance_by_shape: [-1.0, 0.0],
+                tilt_by_shape: [0.0; 2],
             }
-            Self::Torus(s) => {
-                let meridian = Meridian::new(&s.axis, point);
-                let off = meridian.radius - s.major_radius;
-                let from_spine = off.hypot(meridian.height).max(f64::MIN_POSITIVE);
-                let (cos, sin) = (off / from_spine, meridian.height / from_spine);
-                Jet {
-                    distance: from_spine - s.minor_radius,
-                    normal: meridian.outward * cos + meridian.along * sin,
-                    tangents: [meridian.along * cos - meridian.outward * sin, meridian.around],
-                    curvatures: [1.0 / from_spine, cos / meridian.radius],
-                    distance_by_shape: [-cos, -1.0],
-                    tilt_by_shape: [-sin / from_spine, 0.0],
-                }
+        }
+    }
+}
+
+impl Cone {
+    fn jets(&self) -> impl Fn(&Point3) -> Jet {
+        let (sin, cos) = self.half_angle.sin_cos();
+        move |point| {
+            let meridian = Meridian::new(&self.axis, point);
+            let off = meridian.radius - self.radius;
+            Jet {
+                distance: off * cos - meridian.height * sin,
+                normal: meridian.outward * cos - meridian.along * sin,
+                tangents: [meridian.outward * sin + meridian.along * cos, meridian.around],
+                curvatures: [0.0, cos / meridian.radius],
+                distance_by_shape: [-cos, -off * sin - meridian.height * cos],
+                tilt_by_shape: [0.0, 1.0],
+            }
+        }
+    }
+}
+
+impl Torus {
+    fn jets(&self) -> impl Fn(&Point3) -> Jet {
+        |point| {
+            let meridian = Meridian::new(&self.axis, point);
+            let off = meridian.radius - self.major_radius;
+            let from_spine = (off * off + meridian.height * meridian.height).sqrt().max(f64::MIN_POSITIVE);
+            let (cos, sin) = (off / from_spine, meridian.height / from_spine);
+            Jet {
+                distance: from_spine - self.minor_radius,
+                normal: meridian.outward * cos + meridian.along * sin,
+                tangents: [meridian.along * cos - meridian.outward * sin, meridian.around],
+                curvatures: [1.0 / from_spine, cos / meridian.radius],
+                distance_by_shape: [-cos, -1.0],
+                tilt_by_shape: [-sin / from_spine, 0.0],
             }
         }
     }
@@ -118,19 +158,7 @@ impl Meridian {
     }
 }
 
-fn flat(distance: f64, normal: UnitVec3) -> Jet {
-    let (first, second) = perpendiculars(normal);
-    Jet {
-        distance,
-        normal: normal.into_inner(),
-        tangents: [first, second],
-        curvatures: [0.0; 2],
-        distance_by_shape: [0.0; 2],
-        tilt_by_shape: [0.0; 2],
-    }
-}
-
-fn perpendiculars(normal: UnitVec3) -> (Vec3, Vec3) {
+fn perpendiculars(normal: UnitVec3) -> [Vec3; 2] {
     let first = any_perpendicular(&normal).into_inner();
-    (first, normal.cross(&first))
+    [first, normal.cross(&first)]
 }

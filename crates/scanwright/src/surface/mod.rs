@@ -91,6 +91,7 @@ macro_rules! each {
         }
     };
 }
+use each;
 
 impl Surface {
     /// Its type.

@@ -304,7 +304,7 @@ fn chosen(field: &Field, candidate: &Candidate, places: &[Place], convex: bool) 
     let Corner::Fillet { radius } = fillet.corner else { return None };
     let over_sharp = sharp.misfit - fillet.misfit;
     let over_chamfer = chamfer.misfit - fillet.misfit;
-    let angle = places.iter().map(|p| p.angle).sum::<f64>() / places.len() as f64;
+    let angle = places.iter().map(Place::angle).sum::<f64>() / places.len() as f64;
     let is_shown = candidate.strip.is_some() || radius * angle > WIDE_ARC * field.spacing;
     let least = match (is_shown, convex) {
         (false, _) => WORSE_THAN_CHAMFER,
@@ -342,10 +342,10 @@ fn places(field: &Field, a: &Fit, b: &Fit, convex: bool, band: &[u32]) -> Option
         let (da, na) = a.distance_and_outward_normal(point);
         let (db, nb) = b.distance_and_outward_normal(point);
         let angle = na.dot(&nb).clamp(-1.0, 1.0).acos();
-        Place { a: side * da, b: side * db, angle }
+        Place::new(side * da, side * db, angle)
     };
     let places: Vec<Place> = band.iter().map(place).collect();
-    places.iter().all(|p| (ANGLES.0..ANGLES.1).contains(&p.angle)).then_some(places)
+    places.iter().all(|p| (ANGLES.0..ANGLES.1).contains(&p.angle())).then_some(places)
 }
 
 /// A vertex as near to both surfaces as any.

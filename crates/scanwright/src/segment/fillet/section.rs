@@ -15,16 +15,41 @@ use crate::math::blur::{averaged_distance, blurred_magnitude};
 pub(super) struct Place {
     /// Distance to the first surface, positive outside the chain; so for the second. Both change sign in a concave
     /// corner, where the chain is seen from within the material.
-    pub a: f64,
-    pub b: f64,
+    a: f64,
+    b: f64,
     /// Angle between the two normals, radians.
-    pub angle: f64,
+    angle: f64,
+    /// Normal of the second surface, where the first one's is the x axis.
+    second: Normal,
+}
+
+/// A unit vector in the section. Its x axis is the first surface's normal, and it turns towards the second's.
+type Normal = Vector2<f64>;
+
+/// A half-plane of the section: its normal, and its offset from the sharp corner.
+type Facet = (Normal, f64);
+
+const FIRST: Normal = Vector2::new(1.0, 0.0);
+
+fn turned(turn: f64) -> Normal {
+    let (sin, cos) = turn.sin_cos();
+    Vector2::new(cos, sin)
 }
 
 impl Place {
+    /// The place at these distances from two surfaces whose normals are `angle` apart, radians.
+    pub fn new(a: f64, b: f64, angle: f64) -> Self {
+        Self { a, b, angle, second: turned(angle) }
+    }
+
+    /// Angle between the two normals, radians.
+    pub fn angle(&self) -> f64 {
+        self.angle
+    }
+
     /// Distance past the corner along the first surface (negative) or the second.
     pub fn across(&self) -> f64 {
-        (self.b - self.a) / self.angle.sin()
+        (self.b - self.a) / self.second.y
     }
 
     /// How far the place lies past the border of `corner` with the first surface, and past that with the second: both
@@ -33,20 +58,25 @@ impl Place {
         match *corner {
             Corner::Sharp { .. } => (-self.across(), self.across()),
             Corner::Fillet { radius } => {
-                let (sin, cos) = self.angle.sin_cos();
+                let (cos, sin) = (self.second.x, self.second.y);
                 let (a, b) = (self.a + radius, self.b + radius);
                 ((b - cos * a) / sin, (a - cos * b) / sin)
             }
             Corner::Chamfer { share, depth } => {
-                let flat = self.facet(share * self.angle, -depth);
+                let flat = self.height(&(turned(share * self.angle), -depth));
                 (flat - self.a, flat - self.b)
             }
         }
     }
 
-    /// Distance to a facet whose normal is turned by `turn` from the first surface's towards the second's.
-    fn facet(&self, turn: f64, offset: f64) -> f64 {
-        ((self.angle - turn).sin() * self.a + turn.sin() * self.b) / self.angle.sin() - offset
+    /// The place in the section's own axes; the sharp corner is the origin.
+    fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.a, (self.b - self.second.x * self.a) / self.second.y)
+    }
+
+    /// Distance to a facet.
+    fn height(&self, (normal, offset): &Facet) -> f64 {
+        normal.dot(&self.position()) - offset
     }
 }
 
@@ -72,117 +102,126 @@ impl Corner {
     /// Distance of a place to the corner seen with a spot of deviation `blur`; a sharp edge has its own.
     pub fn distance(&self, place: &Place, blur: f64) -> f64 {
         let blur = if let Self::Sharp { blur } = *self { blur } else { blur };
+        let at = place.position();
         if place.angle > WEDGE {
-            let (sin, cos) = place.angle.sin_cos();
-            let at = Vector2::new(place.a, (place.b - cos * place.a) / sin);
-            return averaged_distance(&at, blur, |p| self.field(p, place.angle));
+            return self.true_distance(place, &at, blur);
         }
+        let last = (place.second, 0.0);
         match *self {
-            Self::Sharp { .. } => chain(place, blur, 1, |_| 0.0),
+            Self::Sharp { .. } => chain(&at, blur, [last]),
             Self::Chamfer { share, depth } => {
-                let turn = share * place.angle;
-                let facets = [(0.0, 0.0), (turn, -depth), (place.angle, 0.0)];
-                chain_of(place, blur, facets.into_iter())
+                chain(&at, blur, [(turned(share * place.angle), -depth), last])
             }
             Self::Fillet { radius } => {
-                let half = 0.5 * place.angle;
-                let below = |turn: f64| radius * (1.0 - (turn - half).cos() / half.cos());
                 let n = (place.angle / FACET_TURN).ceil().max(1.0) as usize;
-                chain(place, blur, n, below)
+                chain(&at, blur, arc(place, radius, n))
             }
         }
     }
 
-    /// Signed distance of a point in the section to the corner, and its gradient. The first surface's normal is the x
-    /// axis, the second's is turned from it by `angle`; the sharp corner is the origin.
-    fn field(&self, at: &Vector2<f64>, angle: f64) -> (f64, Vector2<f64>) {
-        let normal = |turn: f64| Vector2::new(turn.cos(), turn.sin());
+    /// The distance averaged over the spot, where the place is beside a thin wedge.
+    fn true_distance(&self, place: &Place, at: &Vector2<f64>, blur: f64) -> f64 {
+        let (first, last) = ((FIRST, 0.0), (place.second, 0.0));
         match *self {
-            Self::Sharp { .. } => outside_of(at, &[(normal(0.0), 0.0), (normal(angle), 0.0)]),
+            Self::Sharp { .. } => {
+                let wedge = Convex::new([first, last]);
+                averaged_distance(at, blur, |p| wedge.distance(p))
+            }
             Self::Chamfer { share, depth } => {
-                let facets = [(normal(0.0), 0.0), (normal(share * angle), -depth), (normal(angle), 0.0)];
-                outside_of(at, &facets)
+                let bevel = Convex::new([first, (turned(share * place.angle), -depth), last]);
+                averaged_distance(at, blur, |p| bevel.distance(p))
             }
             Self::Fillet { radius } => {
-                let half = 0.5 * angle;
-                let from_center = at + normal(half) * (radius / half.cos());
-                let turn = from_center.y.atan2(from_center.x);
-                if (0.0..=angle).contains(&turn) {
-                    let length = from_center.norm().max(f64::MIN_POSITIVE);
-                    (length - radius, from_center / length)
-                } else {
-                    outside_of(at, &[(normal(0.0), 0.0), (normal(angle), 0.0)])
-                }
+                let wedge = Convex::new([first, last]);
+                let half = 0.5 * place.angle;
+                let center = turned(half) * (-radius / half.cos());
+                averaged_distance(at, blur, |p| {
+                    let from_center = p - center;
+                    let is_past_first = from_center.y >= 0.0;
+                    if is_past_first && cross(&from_center, &place.second) >= 0.0 {
+                        let length = from_center.norm().max(f64::MIN_POSITIVE);
+                        (length - radius, from_center / length)
+                    } else {
+                        wedge.distance(p)
+                    }
+                })
             }
         }
     }
 }
 
-/// Signed distance of a point to the convex region below all `facets` (normal, offset), ordered by turn, with its
-/// gradient.
-fn outside_of(at: &Vector2<f64>, facets: &[(Vector2<f64>, f64)]) -> (f64, Vector2<f64>) {
-    let height = |(normal, offset): &(Vector2<f64>, f64)| normal.dot(at) - offset;
-    let highest = facets.iter().max_by(|a, b| height(a).total_cmp(&height(b))).expect("a corner has facets");
-    let inside = (height(highest), highest.0);
-    if inside.0 <= 0.0 {
-        return inside;
-    }
-    // Outside, the nearest point is a corner between two facets or lies on a facet between its corners.
-    let along = |normal: &Vector2<f64>, point: &Vector2<f64>| normal.x * point.y - normal.y * point.x;
-    let corners: Vec<Vector2<f64>> = facets
-        .windows(2)
-        .map(|pair| {
-            let (a, b) = (&pair[0], &pair[1]);
-            let sin = a.0.x * b.0.y - a.0.y * b.0.x;
-            Vector2::new(a.1 * b.0.y - b.1 * a.0.y, b.1 * a.0.x - a.1 * b.0.x) / sin
-        })
-        .collect();
-    let mut nearest = (f64::INFINITY, inside.1);
-    for (k, facet) in facets.iter().enumerate() {
-        let place = along(&facet.0, at);
-        let after = k == 0 || place >= along(&facet.0, &corners[k - 1]);
-        let before = k == corners.len() || place <= along(&facet.0, &corners[k]);
-        if after && before && height(facet).abs() < nearest.0 {
-            nearest = (height(facet).abs(), facet.0);
-        }
-    }
-    for corner in &corners {
-        let from = at - corner;
-        let distance = from.norm();
-        if distance < nearest.0 {
-            nearest = (distance, from / distance.max(f64::MIN_POSITIVE));
-        }
-    }
-    nearest
+/// The facets after the first of an arc tangent to both surfaces: `n` at equal turns.
+fn arc(place: &Place, radius: f64, n: usize) -> impl Iterator<Item = Facet> {
+    let half = turned(0.5 * place.angle);
+    let step = turned(place.angle / n as f64);
+    let mut normal = FIRST;
+    (0..n).map(move |_| {
+        normal = Vector2::new(normal.x * step.x - normal.y * step.y, normal.x * step.y + normal.y * step.x);
+        (normal, radius * (1.0 - normal.dot(&half) / half.x))
+    })
 }
 
-/// Distance to `n + 1` facets at equal turns.
-fn chain(place: &Place, blur: f64, n: usize, offset: impl Fn(f64) -> f64) -> f64 {
-    let facets = (0..=n).map(|k| {
-        let turn = place.angle * k as f64 / n as f64;
-        (turn, offset(turn))
-    });
-    chain_of(place, blur, facets)
+fn cross(a: &Vector2<f64>, b: &Vector2<f64>) -> f64 {
+    a.x * b.y - a.y * b.x
 }
 
-/// Distance to a chain of facets, (turn, offset) each, blurred, over the slope of the blurred distance.
-fn chain_of(place: &Place, blur: f64, mut facets: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let Some(first) = facets.next() else { return 0.0 };
-    let mut last = (first.0, place.facet(first.0, first.1));
-    let mut distance = last.1;
-    let (mut x, mut y) = (first.0.cos(), first.0.sin());
-    for (turn, offset) in facets {
-        let next = (turn, place.facet(turn, offset));
-        let kink = next.1 - last.1;
-        let apart = 2.0 * (0.5 * (next.0 - last.0)).sin();
-        let (magnitude, erf) = blurred_magnitude(kink, blur * apart);
-        let share = 0.5 * (1.0 + erf);
+/// The convex region below all of `N` facets, ordered by turn, the first and the last through the origin.
+struct Convex<const N: usize> {
+    facets: [Facet; N],
+    /// Corner of each facet with the next; that of the last has no meaning.
+    corners: [Vector2<f64>; N],
+}
+
+impl<const N: usize> Convex<N> {
+    fn new(facets: [Facet; N]) -> Self {
+        let corner = |k: usize| {
+            let (a, b) = (&facets[k], &facets[(k + 1) % N]);
+            Vector2::new(a.1 * b.0.y - b.1 * a.0.y, b.1 * a.0.x - a.1 * b.0.x) / cross(&a.0, &b.0)
+        };
+        Self { facets, corners: std::array::from_fn(corner) }
+    }
+
+    /// Signed distance of a point to the region, and its gradient.
+    fn distance(&self, at: &Vector2<f64>) -> (f64, Vector2<f64>) {
+        let heights = self.facets.map(|(normal, offset)| normal.dot(at) - offset);
+        let highest = (1..N).fold(0, |best, k| if heights[k] >= heights[best] { k } else { best });
+        if heights[highest] <= 0.0 {
+            return (heights[highest], self.facets[highest].0);
+        }
+        // Outside, the nearest point is a corner between two facets or lies on a facet between its corners.
+        let mut nearest = (f64::INFINITY, self.facets[highest].0);
+        for (k, (normal, _)) in self.facets.iter().enumerate() {
+            let is_after = k == 0 || cross(normal, &(at - self.corners[k - 1])) >= 0.0;
+            let is_before = k + 1 == N || cross(normal, &(at - self.corners[k])) <= 0.0;
+            if is_after && is_before && heights[k].abs() < nearest.0 {
+                nearest = (heights[k].abs(), *normal);
+            }
+        }
+        for corner in &self.corners[..N - 1] {
+            let from = at - corner;
+            let distance = from.norm();
+            if distance < nearest.0 {
+                nearest = (distance, from / distance.max(f64::MIN_POSITIVE));
+            }
+        }
+        nearest
+    }
+}
+
+/// Distance of a point to the first surface and the facets after it, blurred, over the slope of the blurred distance.
+fn chain(at: &Vector2<f64>, blur: f64, facets: impl IntoIterator<Item = Facet>) -> f64 {
+    let (mut normal, mut height) = (FIRST, at.x);
+    let (mut distance, mut slope) = (height, normal);
+    for facet in facets {
+        let next = facet.0.dot(at) - facet.1;
+        let kink = next - height;
+        let turn = facet.0 - normal;
+        let (magnitude, erf) = blurred_magnitude(kink, blur * turn.norm());
         distance += 0.5 * (kink + magnitude);
-        x += share * (next.0.cos() - last.0.cos());
-        y += share * (next.0.sin() - last.0.sin());
-        last = next;
+        slope += turn * (0.5 * (1.0 + erf));
+        (normal, height) = (facet.0, next);
     }
-    distance / x.hypot(y).max(0.1)
+    distance / slope.norm().max(0.1)
 }
 
 #[cfg(test)]
@@ -192,7 +231,7 @@ mod tests {
     /// A place `along` a right angle's bisector, negative inside.
     fn on_bisector(along: f64) -> Place {
         let a = along * std::f64::consts::FRAC_1_SQRT_2;
-        Place { a, b: a, angle: std::f64::consts::FRAC_PI_2 }
+        Place::new(a, a, std::f64::consts::FRAC_PI_2)
     }
 
     /// Depth of the middle of an arc in a right angle below the corner.
@@ -219,7 +258,7 @@ mod tests {
 
     #[test]
     fn contacts_bound_the_arc() {
-        let place = Place { a: 0.0, b: -3.0, angle: std::f64::consts::FRAC_PI_2 };
+        let place = Place::new(0.0, -3.0, std::f64::consts::FRAC_PI_2);
         let (at_a, at_b) = place.past_borders(&Corner::Fillet { radius: 3.0 });
         assert!(at_a.abs() < 1e-12 && (at_b - 3.0).abs() < 1e-12);
     }
