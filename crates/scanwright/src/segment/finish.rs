@@ -19,6 +19,9 @@ const MIN_REGION: usize = 20;
 const MIN_INSIDE_SHARE: f64 = 0.25;
 /// Rings over which leftovers are given to a neighbour: the rounding of an edge, twice.
 const FLOOD_RINGS: u32 = 5;
+/// Distance from a surface over which leftovers may be of it, in deviations of the spot and of the noise: what is farther
+/// off is no rounded edge but the floor of a groove.
+const LARGEST_REACH: f64 = 3.0;
 /// Unexplained sets of more vertices become freeform regions.
 const MIN_FREEFORM: usize = 80;
 
@@ -31,9 +34,9 @@ pub(super) fn finish(
     options: &SegmentOptions,
 ) -> Segmentation {
     let mut regions = Regions::from_labels(field, labels, options);
-    regions.flood(field, FLOOD_RINGS);
+    regions.flood(field, FLOOD_RINGS, LARGEST_REACH * (field.blur + field.weights.distance_sigma));
     regions.add_freeform(field);
-    regions.flood(field, u32::MAX);
+    regions.flood(field, u32::MAX, f64::INFINITY);
     regions.join(mesh, field);
     turned::unite(field, &mut regions);
     blunt::retype(field, &mut regions);
@@ -100,15 +103,18 @@ impl Regions {
         regions
     }
 
-    /// Gives unlabelled vertices within `rings` of a region to the surface they are nearest to.
-    fn flood(&mut self, field: &Field, rings: u32) {
+    /// Gives unlabelled vertices within `rings` of a region, and within `reach` of its surface, to the surface they are
+    /// nearest to.
+    fn flood(&mut self, field: &Field, rings: u32, reach: f64) {
         let mut heap = BinaryHeap::new();
         let mut order = 0_u64;
         let mut push = |heap: &mut BinaryHeap<Reverse<Claim>>, fits: &[Option<Fit>], v, k, ring| {
             let cost = fits[k as usize]
                 .map_or(0.0, |fit| fit.surface.signed_distance(&field.points[v as usize]).abs());
             order += 1;
-            heap.push(Reverse((OrderedCost(cost), order, v, k, ring)));
+            if cost <= reach {
+                heap.push(Reverse((OrderedCost(cost), order, v, k, ring)));
+            }
         };
         for v in 0..field.n_vertices() {
             let Some(k) = self.of_vertex[v] else { continue };

@@ -109,9 +109,7 @@ impl Corner {
         let last = (place.second, 0.0);
         match *self {
             Self::Sharp { .. } => chain(&at, blur, [last]),
-            Self::Chamfer { share, depth } => {
-                chain(&at, blur, [(turned(share * place.angle), -depth), last])
-            }
+            Self::Chamfer { share, depth } => chain(&at, blur, [(turned(share * place.angle), -depth), last]),
             Self::Fillet { radius } => {
                 let n = (place.angle / FACET_TURN).ceil().max(1.0) as usize;
                 chain(&at, blur, arc(place, radius, n))

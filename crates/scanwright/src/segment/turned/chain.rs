@@ -182,6 +182,11 @@ pub(super) struct Misfit {
     pub systematic: f64,
 }
 
+impl Misfit {
+    /// That of no description at all.
+    pub const NOTHING: Self = Self { cost: f64::INFINITY, systematic: f64::INFINITY };
+}
+
 /// A chain with its deviations.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted {

@@ -5,6 +5,8 @@
 //! simplest that describes every piece as well as the piece's own surface does. Neighbours that share one become one
 //! face; a face whose own axis is off takes the common one.
 
+use std::collections::BTreeMap;
+
 use super::generatrix::Generatrix;
 use super::run::{MIN_SECTORS, N_SECTORS};
 use super::{axes, level_sectors};
@@ -14,7 +16,7 @@ use crate::par;
 use crate::recognize::{COST_CAP, excess_cost, is_as_good, mean_cost};
 use crate::segment::field::{Field, Scratch};
 use crate::segment::finish::Regions;
-use crate::segment::grow::{BORDER_RINGS, MIN_INTERIOR};
+use crate::segment::grow::{BORDER_RINGS, MIN_INTERIOR, SUPPORT_COST};
 use crate::surface::SurfaceKind;
 
 /// Samples per piece in a test.
@@ -84,15 +86,16 @@ fn faces(field: &Field, regions: &Regions, axis: &Axis, settled: &[bool]) -> Vec
 
 /// Joins faces that touch and share a surface, those that it describes best first.
 fn join(field: &Field, regions: &Regions, axis: &Axis, faces: &mut Vec<Face>) {
-    let touching = touching(field, regions);
-    let touch = |a: &Face, b: &Face| {
-        a.regions
-            .iter()
-            .any(|&k| b.regions.iter().any(|&l| touching.binary_search(&(k.min(l), k.max(l))).is_ok()))
+    let contacts = contacts(field, regions);
+    let contacts_of = |a: &Face, b: &Face| -> Vec<u32> {
+        let pairs = a.regions.iter().flat_map(|&k| b.regions.iter().map(move |&l| (k.min(l), k.max(l))));
+        pairs.filter_map(|pair| contacts.get(&pair)).flatten().copied().collect()
     };
     let joint = |a: &Face, b: &Face| {
-        let both = touch(a, b).then(|| a.with(b))?;
-        both.shared(field, axis).map(|fit| (both.excess(field, &fit), both))
+        let shared = contacts_of(a, b);
+        let both = (!shared.is_empty()).then(|| a.with(b))?;
+        let fit = both.shared(field, axis)?;
+        continues(field, &fit, &shared).then(|| (both.excess(field, &fit), both))
     };
     let pairs: Vec<(usize, usize)> =
         (0..faces.len()).flat_map(|i| (i + 1..faces.len()).map(move |j| (i, j))).collect();
@@ -169,15 +172,29 @@ impl Face {
     }
 }
 
-/// Pairs of regions that touch, ascending.
-fn touching(field: &Field, regions: &Regions) -> Vec<(u32, u32)> {
-    let mut pairs = Vec::new();
+/// Whether a surface goes on where two of its pieces touch, and is not cut there by a groove that nothing described.
+fn continues(field: &Field, fit: &Fit, contact: &[u32]) -> bool {
+    let on_surface = |v: &&u32| field.cost(fit, **v) < SUPPORT_COST;
+    2 * contact.iter().filter(on_surface).count() > contact.len()
+}
+
+/// Vertices where two regions touch, by the pair.
+fn contacts(field: &Field, regions: &Regions) -> BTreeMap<(u32, u32), Vec<u32>> {
+    let mut contacts: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
     for v in 0..field.n_vertices() {
         let Some(a) = regions.of_vertex[v] else { continue };
-        let other = field.rings.row(v).iter().filter_map(|&u| regions.of_vertex[u as usize]);
-        pairs.extend(other.filter(|&b| a < b).map(|b| (a, b)));
+        let mut others: Vec<u32> = field
+            .rings
+            .row(v)
+            .iter()
+            .filter_map(|&u| regions.of_vertex[u as usize])
+            .filter(|&b| b != a)
+            .collect();
+        others.sort_unstable();
+        others.dedup();
+        for b in others {
+            contacts.entry((a.min(b), a.max(b))).or_default().push(v as u32);
+        }
     }
-    pairs.sort_unstable();
-    pairs.dedup();
-    pairs
+    contacts
 }

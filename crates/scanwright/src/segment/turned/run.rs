@@ -234,7 +234,7 @@ impl Run {
         (kept, start)
     }
 
-    /// How well the regions that are there describe the profile.
+    /// How well the regions that are there describe the profile; not at all where one has no surface.
     fn before(
         &self,
         field: &Field,
@@ -258,7 +258,7 @@ impl Run {
         let (mut feet, mut normals) = (Vec::new(), Vec::new());
         for (mean, votes) in means.iter().zip(&votes) {
             let Some(&(region, _)) = votes.iter().max_by_key(|vote| (vote.1, vote.0)) else { continue };
-            let fit = regions.fits[region as usize]?;
+            let Some(fit) = regions.fits[region as usize] else { return Some(Misfit::NOTHING) };
             let off = |turn: usize| {
                 let (sin, cos) = (std::f64::consts::TAU * turn as f64 / N_TURNS as f64).sin_cos();
                 let local = Vec3::new(mean.at.x * cos, mean.at.x * sin, mean.at.y);
