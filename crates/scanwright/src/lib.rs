@@ -33,6 +33,7 @@ pub mod condition;
 pub mod denoise;
 pub mod deviation;
 pub mod fit;
+pub mod gprimdb;
 pub mod io;
 pub mod math;
 pub mod mesh;

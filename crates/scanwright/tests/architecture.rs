@@ -11,7 +11,7 @@ const RANKS: &[&[&str]] = &[
     &["mesh", "surface"],
     &["io", "condition", "denoise", "fit"],
     &["recognize"],
-    &["segment"],
+    &["segment", "gprimdb"],
     &["regularize"],
     &["brep"],
     &["step", "deviation", "render"],

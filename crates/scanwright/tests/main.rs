@@ -6,6 +6,8 @@ mod close;
 mod condition;
 mod conditioning;
 mod denoise;
+mod gauss;
+mod gprimdb;
 mod metamorphic;
 mod parts;
 mod picture;

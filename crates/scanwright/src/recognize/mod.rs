@@ -1,6 +1,7 @@
 //! What a region is: a surface type with its evidence.
 
 mod choose;
+pub mod gauss;
 
 pub use choose::{
     COST_CAP, Choice, Limits, TYPE_ORDER, choose, excess_cost, fit_kind, is_as_good, is_better,
