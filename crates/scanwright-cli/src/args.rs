@@ -22,6 +22,9 @@ pub enum Verb {
     /// Say what a scan is: counts, holes, noise, likely units and why.
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(InfoArgs),
+    /// Cut a scan into regions, by the default or by a method of the thesis, without making a solid.
+    #[command(after_long_help = SEGMENT_EXAMPLES)]
+    Segment(SegmentArgs),
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
@@ -90,6 +93,60 @@ pub struct ConvertArgs {
 pub struct InfoArgs {
     /// The scan: STL, PLY, OBJ, OFF or 3MF
     pub scan: PathBuf,
+}
+
+/// Flags of `segment`.
+#[derive(Debug, Args)]
+pub struct SegmentArgs {
+    /// The scan: STL, PLY, OBJ, OFF or 3MF
+    pub scan: PathBuf,
+    /// The scan with the number of its primitive on every triangle
+    #[arg(short, long, value_name = "SEGMENTS.ply")]
+    pub output: PathBuf,
+    /// How the scan is cut
+    #[arg(long, value_enum, default_value_t = MethodFlag::Default)]
+    pub method: MethodFlag,
+    /// Groups that ncuts and pic look for; a group in several pieces gives several regions [default: found]
+    #[arg(long, value_name = "K", value_parser = parse_count)]
+    pub regions: Option<usize>,
+    /// What ncuts and pic group: patches of triangles, or single vertices as in the thesis
+    #[arg(long, value_enum, default_value_t = NodesFlag::Patches)]
+    pub nodes: NodesFlag,
+    /// Whether to look for a table under the part and take it away
+    #[arg(long, value_enum, default_value_t = SupportFlag::Auto)]
+    pub support: SupportFlag,
+    /// Seed of all random choices
+    #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
+    pub seed: u64,
+    /// Threads to work with [default: all processors]; the result is the same
+    #[arg(long, value_parser = parse_count)]
+    pub threads: Option<usize>,
+    /// Overwrite the output if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `--method`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodFlag {
+    /// Surfaces grown and fitted, as `convert` does
+    Default,
+    /// The thesis's 3D-NCuts: normalized cuts of a graph of normals
+    Ncuts,
+    /// The thesis's 3D-PIC: power iteration clustering of the same graph
+    Pic,
+}
+
+/// `--nodes`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NodesFlag {
+    /// Up to fifteen thousand patches
+    Patches,
+    /// Every vertex
+    Vertices,
 }
 
 /// Flags of `render`.
@@ -218,6 +275,13 @@ Exit codes:
 const INFO_EXAMPLES: &str = "\
 Example:
   scanwright info bracket.stl";
+
+const SEGMENT_EXAMPLES: &str = "\
+Examples:
+  scanwright segment bracket.stl -o regions.ply
+      The regions that `convert` would start from.
+  scanwright segment bracket.stl -o regions.ply --method ncuts --regions 12
+      The thesis's 3D-NCuts with twelve groups. Draw them: scanwright render regions.ply -o regions.png";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:

@@ -10,6 +10,7 @@ use scanwright::pipeline::{
 };
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
+use scanwright::segment::SegmentMethod;
 use scanwright::step::{self, Schema, StepOptions};
 
 use crate::args::{ConvertArgs, FallbackFlag, SchemaFlag, SupportFlag};
@@ -124,6 +125,7 @@ fn options(args: &ConvertArgs) -> Options {
         seed: args.seed,
         gap: args.tolerance,
         min_face: args.min_face,
+        method: SegmentMethod::default(),
         support: match args.support {
             SupportFlag::Auto => SupportSearch::Auto,
             SupportFlag::None => SupportSearch::None,

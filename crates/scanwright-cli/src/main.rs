@@ -12,6 +12,7 @@ mod outputs;
 mod picture;
 mod render;
 mod scan;
+mod segment;
 mod summary;
 
 use std::panic;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
     let outcome = panic::catch_unwind(|| match &cli.verb {
         Verb::Convert(args) => convert::run(args),
         Verb::Info(args) => info::run(args),
+        Verb::Segment(args) => segment::run(args),
         Verb::Render(args) => render::run(args),
     });
     let code = match outcome {

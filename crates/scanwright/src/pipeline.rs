@@ -18,7 +18,7 @@ use crate::math::UnitVec3;
 use crate::mesh::{Mesh, TriId};
 use crate::progress::{Cancelled, Progress, Stage};
 use crate::recognize::Primitive;
-use crate::segment::{RegionId, Segmentation};
+use crate::segment::{RegionId, SegmentMethod, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
 /// What the caller may choose. Everything else is measured from the scan.
@@ -30,6 +30,8 @@ pub struct Options {
     pub gap: Option<f64>,
     /// Narrowest face worth a surface of its own, length; measured when `None`.
     pub min_face: Option<f64>,
+    /// How the part is segmented.
+    pub method: SegmentMethod,
     /// Whether a supporting table is looked for.
     pub support: SupportSearch,
     /// Direction away from the supporting table, if known.
@@ -42,9 +44,16 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Seed 1; the rest measured; the table looked for.
+    /// Seed 1; the rest measured; fit-driven; the table looked for.
     fn default() -> Self {
-        Self { seed: Self::DEFAULT_SEED, gap: None, min_face: None, support: SupportSearch::Auto, up: None }
+        Self {
+            seed: Self::DEFAULT_SEED,
+            gap: None,
+            min_face: None,
+            method: SegmentMethod::default(),
+            support: SupportSearch::Auto,
+            up: None,
+        }
     }
 }
 
@@ -158,25 +167,27 @@ pub struct SolidFacts {
     pub problems: Vec<String>,
 }
 
+/// A scan cut into regions, without a solid.
+#[derive(Debug, Clone)]
+pub struct Segmented {
+    /// The conditioned scan; the supporting table is still in it.
+    pub mesh: Mesh,
+    /// One per triangle of `mesh`: the triangle of the scan it came from.
+    pub source_triangle: Vec<TriId>,
+    /// Its regions, as the method found them.
+    pub segmentation: Segmentation,
+}
+
+/// The stages of [`run`] up to the regions.
+pub fn segment(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segmented, Error> {
+    let (scan, _, part, segmentation) = segmented(mesh, options, progress)?;
+    let segmentation = stages::on_scan(&scan, &part, &segmentation);
+    Ok(Segmented { mesh: scan.mesh, source_triangle: scan.source_triangle, segmentation })
+}
+
 /// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.
 pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Reconstruction, Error> {
-    progress.report(Stage::Condition, 0.0)?;
-    let conditioned = condition::condition(mesh);
-    if conditioned.mesh.triangles.is_empty() {
-        return Err(Error::Empty { n_triangles: mesh.triangles.len(), n_vertices: mesh.vertices.len() });
-    }
-    let scan = stages::measure(conditioned, options);
-    progress.report(Stage::Condition, 1.0)?;
-
-    let support = stages::find_support(&scan, options);
-    progress.report(Stage::Support, 1.0)?;
-
-    let part = stages::part(&scan, support.as_ref());
-    let normals = stages::denoise(&part, &scan.tolerances);
-    progress.report(Stage::Denoise, 1.0)?;
-
-    let segmentation = stages::segment(&part, &normals, support.as_ref(), &scan.tolerances, options);
-    progress.report(Stage::Segment, 1.0)?;
+    let (scan, support, part, segmentation) = segmented(mesh, options, progress)?;
 
     let segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
     progress.report(Stage::Regularize, 1.0)?;
@@ -201,4 +212,28 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
         deviation,
         warnings,
     })
+}
+
+type Segmentable = (stages::Scan, Option<Support>, stages::Part, Segmentation);
+
+/// The scan, its table, the part on it, and the part's regions.
+fn segmented(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segmentable, Error> {
+    progress.report(Stage::Condition, 0.0)?;
+    let conditioned = condition::condition(mesh);
+    if conditioned.mesh.triangles.is_empty() {
+        return Err(Error::Empty { n_triangles: mesh.triangles.len(), n_vertices: mesh.vertices.len() });
+    }
+    let scan = stages::measure(conditioned, options);
+    progress.report(Stage::Condition, 1.0)?;
+
+    let support = stages::find_support(&scan, options);
+    progress.report(Stage::Support, 1.0)?;
+
+    let part = stages::part(&scan, support.as_ref());
+    let normals = stages::denoise(&part, &scan.tolerances);
+    progress.report(Stage::Denoise, 1.0)?;
+
+    let segmentation = stages::segment(&part, &normals, support.as_ref(), &scan.tolerances, options);
+    progress.report(Stage::Segment, 1.0)?;
+    Ok((scan, support, part, segmentation))
 }

@@ -204,7 +204,7 @@ fn with_holes(meshed: &Meshed, rng: &mut Rng) -> Meshed {
     const MOST: usize = 5;
     let Meshed { mesh, places, edge } = meshed;
     let largest = (mesh.total_area() / (12.0 * MOST as f64 * std::f64::consts::PI)).sqrt();
-    let holes: Vec<(Point3, f64)> = (0..1 + rng.below(MOST))
+    let holes: Vec<(Point3, f64)> = (0..=rng.below(MOST))
         .map(|_| {
             let center = mesh.vertices[rng.below(mesh.vertices.len())];
             (center, edge.min(largest) + (largest - edge).max(0.0) * rng.uniform())

@@ -113,7 +113,7 @@ impl Manifest {
             noise,
             edge: meshed.edge,
         };
-        pose.model(truth, meshed.mesh, moved, &clean_normals)
+        pose.model(truth, meshed.mesh, &moved, &clean_normals)
     }
 
     fn source(&self, index: usize) -> Option<Source> {
@@ -193,7 +193,7 @@ impl Pose {
         Self { rotation, translation, outward: rng.uniform() < 0.5 }
     }
 
-    fn model(&self, truth: Truth, mesh: Mesh, moved: Vec<Point3>, normals: &[Vec3]) -> Model {
+    fn model(&self, truth: Truth, mesh: Mesh, moved: &[Point3], normals: &[Vec3]) -> Model {
         let place = |p: &Point3| self.rotation * p + self.translation;
         let side = if self.outward { 1.0 } else { -1.0 };
         let turned = |mut triangle: [u32; 3]| {

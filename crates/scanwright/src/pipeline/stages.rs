@@ -62,7 +62,11 @@ pub(super) fn segment(
     tolerances: &Tolerances,
     options: &Options,
 ) -> Segmentation {
-    let options = SegmentOptions { min_face: options.min_face, ground: support.map(|s| s.plane) };
+    let options = SegmentOptions {
+        method: options.method,
+        min_face: options.min_face,
+        ground: support.map(|s| s.plane),
+    };
     segment::segment(&part.mesh, &part.adjacency, normals, tolerances, &options)
 }
 

@@ -1,6 +1,6 @@
 //! Regions of the scan, one primitive each.
 //!
-//! Fit-driven, no number of regions asked: hypotheses of all five types are grown from smooth seeds and refitted as
+//! By default fit-driven, no number of regions asked: hypotheses of all five types are grown from smooth seeds and refitted as
 //! they grow (`grow`), a subset that explains the mesh is selected greedily (`select`), vertices are labelled by
 //! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
 //! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
@@ -21,10 +21,13 @@ mod narrow;
 mod primitive;
 mod refresh;
 mod select;
+mod spectral;
 mod split;
 mod turned;
 
 pub use field::Field;
+pub use spectral::{Nodes, Spectral};
+
 use field::{Hypothesis, Scratch};
 
 use crate::math::Vec3;
@@ -47,9 +50,23 @@ pub struct Segmentation {
     pub primitives: Vec<Primitive>,
 }
 
+/// How a mesh is segmented.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SegmentMethod {
+    /// Surfaces grown, selected and labelled: see the module.
+    #[default]
+    FitDriven,
+    /// The thesis's 3D-NCuts: groups by the eigenvectors of a graph.
+    NCuts(Spectral),
+    /// The thesis's 3D-PIC: groups by power iteration on a graph.
+    Pic(Spectral),
+}
+
 /// What a user may choose; everything else follows the measured noise.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SegmentOptions {
+    /// How; default: fit-driven.
+    pub method: SegmentMethod,
     /// Faces narrower than this are given to their neighbours, length; default: what the scan can show.
     pub min_face: Option<f64>,
     /// The table that was cut away, its normal up: the scanner rounded the edge between it and the part.
@@ -66,7 +83,22 @@ pub fn segment(
     tolerances: &Tolerances,
     options: &SegmentOptions,
 ) -> Segmentation {
-    let mut field = Field::new(mesh, adjacency, normals, tolerances, options.ground);
+    let field = Field::new(mesh, adjacency, normals, tolerances, options.ground);
+    let noise = tolerances.normal_noise();
+    let by_graph = |vectors, spectral| spectral::run(mesh, adjacency, &field, noise, vectors, spectral);
+    match &options.method {
+        SegmentMethod::NCuts(spectral) => by_graph(spectral::Vectors::Eigen, spectral),
+        SegmentMethod::Pic(spectral) => by_graph(spectral::Vectors::Power, spectral),
+        SegmentMethod::FitDriven => fit_driven(mesh, adjacency, field, options),
+    }
+}
+
+fn fit_driven(
+    mesh: &Mesh,
+    adjacency: &Adjacency,
+    mut field: Field,
+    options: &SegmentOptions,
+) -> Segmentation {
     let mut hypotheses = Vec::new();
     let mut labels = label::Labels::none(&field);
     for (round, patch_sizes) in PATCH_SIZES.iter().enumerate() {

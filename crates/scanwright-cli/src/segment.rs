@@ -1,0 +1,81 @@
+//! `scanwright segment`.
+
+use std::collections::BTreeMap;
+
+use scanwright::io;
+use scanwright::par;
+use scanwright::pipeline::{self, Options, Segmented, SupportSearch};
+use scanwright::progress::Progress;
+use scanwright::segment::{Nodes, SegmentMethod, Spectral};
+
+use crate::args::{MethodFlag, NodesFlag, SegmentArgs, SupportFlag};
+use crate::console::{self, Console};
+use crate::exit::{Code, Failure};
+use crate::{outputs, scan};
+
+/// Cuts a scan into regions.
+pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
+    if args.method == MethodFlag::Default && (args.regions.is_some() || args.nodes == NodesFlag::Vertices) {
+        let text = "--regions and --nodes are for --method ncuts and pic; the default finds both";
+        return Err(Failure::Usage(text.into()));
+    }
+    outputs::check(&args.scan, &[&args.output], args.force)?;
+    console::handle_interrupts();
+    let console = Console::new(args.quiet);
+    let outcome = par::with_threads(args.threads, || segment(args, &console));
+    console.finish();
+    outcome
+}
+
+fn segment(args: &SegmentArgs, console: &Console) -> Result<Code, Failure> {
+    let file = scan::read(&args.scan)?;
+    let progress = Progress::new(|stage, fraction| console.note(stage, fraction));
+    let segmented =
+        pipeline::segment(&file.mesh, &options(args), &progress).map_err(|error| match error {
+            pipeline::Error::Cancelled(_) => Failure::Cancelled,
+            other => Failure::input(&args.scan, other),
+        })?;
+    let mut ids = vec![-1; file.mesh.triangles.len()];
+    for (label, &source) in segmented.segmentation.labels.iter().zip(&segmented.source_triangle) {
+        ids[source as usize] = label.map_or(-1, |region| region.0 as i32);
+    }
+    outputs::write(&[(&args.output, io::write_ply(&file.mesh, Some(("primitive", &ids)), None))])?;
+    console.finish();
+    if !args.quiet {
+        println!("{}", summary(&segmented));
+        console.log(&crate::summary::timings_line(&console.timings()));
+    }
+    Ok(Code::Done)
+}
+
+/// How many regions of which type.
+fn summary(segmented: &Segmented) -> String {
+    let primitives = &segmented.segmentation.primitives;
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for primitive in primitives {
+        *counts.entry(primitive.kind().map_or("freeform", |kind| kind.name())).or_default() += 1;
+    }
+    let types: Vec<String> = counts.iter().map(|(name, n)| format!("{n} {name}")).collect();
+    format!("regions   {}: {}", primitives.len(), types.join(", "))
+}
+
+fn options(args: &SegmentArgs) -> Options {
+    let nodes = match args.nodes {
+        NodesFlag::Patches => Nodes::Patches,
+        NodesFlag::Vertices => Nodes::Vertices,
+    };
+    let spectral = Spectral { n_regions: args.regions, nodes, seed: args.seed };
+    Options {
+        seed: args.seed,
+        method: match args.method {
+            MethodFlag::Default => SegmentMethod::FitDriven,
+            MethodFlag::Ncuts => SegmentMethod::NCuts(spectral),
+            MethodFlag::Pic => SegmentMethod::Pic(spectral),
+        },
+        support: match args.support {
+            SupportFlag::Auto => SupportSearch::Auto,
+            SupportFlag::None => SupportSearch::None,
+        },
+        ..Options::default()
+    }
+}
