@@ -1,9 +1,11 @@
 //! Solvers: orthogonal-distance least squares for the five surfaces, on points and normals.
 //!
-//! `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit,
+//! [`fit_known`] fits a known type by the product's method or a baseline. `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit,
 //! `covariance` its uncertainty. Nothing here knows what a region is or which type is right.
 
+mod closed;
 mod covariance;
+mod pgp2x;
 mod refine;
 mod start;
 
@@ -12,7 +14,67 @@ pub use refine::{Weights, refine};
 pub use start::starts;
 
 use crate::math::{Point3, Vec3};
-use crate::surface::Surface;
+use crate::surface::{Surface, SurfaceKind};
+
+/// How the parameters of a known type are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FitMethod {
+    /// Robust orthogonal distances, from all closed-form starts: the product's.
+    Robust,
+    /// Orthogonal distances alone, all counting alike, from the same starts: the least-squares geometric elements of
+    /// metrology (C. Shakarji, Journal of Research of NIST 103 (1998), 633-641).
+    Lsge,
+    /// The thesis's.
+    Pgp2x,
+    /// Closed forms alone, of Attene and others (2006); no torus.
+    Attene,
+}
+
+impl FitMethod {
+    /// All of them, the product's first.
+    pub const ALL: [Self; 4] = [Self::Robust, Self::Lsge, Self::Pgp2x, Self::Attene];
+
+    /// Name for tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robust => "ours",
+            Self::Lsge => "LSGE",
+            Self::Pgp2x => "PGP2X",
+            Self::Attene => "Attene",
+        }
+    }
+}
+
+/// The surface of a known type through samples whose distances have the deviation `noise`; `None` where a method finds
+/// none.
+pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMethod) -> Option<Surface> {
+    match method {
+        FitMethod::Robust => iterated(kind, samples, noise),
+        // So large a scale that no distance is discounted.
+        FitMethod::Lsge => iterated(kind, samples, 1e3 * extent(samples)),
+        FitMethod::Pgp2x => pgp2x::pgp2x(kind, samples),
+        FitMethod::Attene => closed::attene(kind, samples),
+    }
+}
+
+/// The best of the fits from all starts, by distance alone.
+fn iterated(kind: SurfaceKind, samples: &Samples, noise: f64) -> Option<Surface> {
+    const STEPS: usize = 60;
+    let weights =
+        Weights { distance_sigma: noise.max(f64::MIN_POSITIVE), normal_sigma: 1.0, normal_weight: 0.0 };
+    let fits = starts(kind, samples).into_iter().filter_map(|start| refine(&start, samples, &weights, STEPS));
+    let cost = |fit: &Fit| -> f64 {
+        let scaled = |p: &Point3| (fit.surface.signed_distance(p) / weights.distance_sigma).powi(2);
+        samples.points.iter().map(|p| scaled(p).ln_1p()).sum()
+    };
+    fits.map(|fit| (cost(&fit), fit.surface)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+}
+
+/// Largest distance from the first point.
+fn extent(samples: &Samples) -> f64 {
+    let Some(first) = samples.points.first() else { return 0.0 };
+    samples.points.iter().map(|p| (p - first).norm()).fold(0.0, f64::max)
+}
 
 /// Points with outward unit normals: what a surface is fitted to.
 #[derive(Debug, Clone, Default)]
