@@ -25,9 +25,137 @@ pub enum Verb {
     /// Cut a scan into regions, by the default or by a method of the thesis, without making a solid.
     #[command(after_long_help = SEGMENT_EXAMPLES)]
     Segment(SegmentArgs),
+    /// GPrimDB: a database of generated primitives with their truth, and of parts you scanned.
+    #[command(subcommand, after_long_help = GPRIMDB_EXAMPLES)]
+    Gprimdb(GprimdbVerb),
+    /// Name the type of a segment by its normals alone, as the thesis did: rules first, then a trained classifier.
+    #[command(after_long_help = CLASSIFY_EXAMPLES)]
+    Classify(ClassifyArgs),
+    /// Train the classifier on a database, with the accuracy of each fold of a cross-validation.
+    Train(TrainArgs),
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+}
+
+/// Flags of `classify`.
+#[derive(Debug, Args)]
+pub struct ClassifyArgs {
+    /// A mesh of one segment: STL, PLY, OBJ, OFF or 3MF
+    pub segment: PathBuf,
+    /// A classifier that `train` wrote [default: the one that comes with the program]
+    #[arg(long, value_name = "FILE.svm")]
+    pub model: Option<PathBuf>,
+}
+
+/// Flags of `train`.
+#[derive(Debug, Args)]
+pub struct TrainArgs {
+    /// A database that `gprimdb generate` made
+    pub database: PathBuf,
+    /// The classifier to write
+    #[arg(short, long, value_name = "FILE.svm")]
+    pub output: PathBuf,
+    /// Folds of the cross-validation
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=100))]
+    pub folds: u32,
+    /// Threads to work with [default: all processors]; the result is the same
+    #[arg(long, value_parser = parse_count)]
+    pub threads: Option<usize>,
+    /// Overwrite the classifier if it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Verbs of `gprimdb`.
+#[derive(Debug, Subcommand)]
+pub enum GprimdbVerb {
+    /// Print a ready-made manifest, to change and give to `generate`
+    Manifest {
+        /// Which one
+        #[arg(long, value_enum, default_value_t = TierFlag::Faithful)]
+        tier: TierFlag,
+    },
+    /// Make a database, or go on with one that was stopped
+    Generate {
+        /// The database to write: an SQLite file
+        #[arg(short, long, value_name = "FILE.db")]
+        output: PathBuf,
+        /// A ready-made manifest
+        #[arg(long, value_enum, default_value_t = TierFlag::Faithful, conflicts_with = "manifest")]
+        tier: TierFlag,
+        /// A manifest of yours
+        #[arg(long, value_name = "FILE.toml")]
+        manifest: Option<PathBuf>,
+        /// Threads to work with [default: all processors]; the result is the same
+        #[arg(long, value_parser = parse_count)]
+        threads: Option<usize>,
+        /// Print nothing but errors
+        #[arg(short, long)]
+        quiet: bool,
+    },
+    /// Say what a database holds
+    Info {
+        /// The database
+        database: PathBuf,
+    },
+    /// Print the truth about one model, as JSON
+    Show {
+        /// The database
+        database: PathBuf,
+        /// Its name, such as torus-0012-00
+        name: String,
+    },
+    /// Write the mesh of one model
+    Export {
+        /// The database
+        database: PathBuf,
+        /// Its name
+        name: String,
+        /// The mesh to write
+        #[arg(short, long, value_name = "MESH.ply")]
+        output: PathBuf,
+        /// Overwrite the mesh if it exists
+        #[arg(long)]
+        force: bool,
+    },
+    /// Find what is known that a primitive of PART.json may be
+    Query {
+        /// The database
+        database: PathBuf,
+        /// The JSON that `convert --json` wrote
+        part: PathBuf,
+        /// Number of the primitive in it
+        #[arg(long, value_name = "ID")]
+        primitive: u64,
+    },
+    /// Add a primitive of PART.json that you have verified; nothing is added by itself
+    Add {
+        /// The database; made when there is none
+        database: PathBuf,
+        /// The JSON that `convert --json` wrote
+        part: PathBuf,
+        /// Number of the primitive in it
+        #[arg(long, value_name = "ID")]
+        primitive: u64,
+        /// Name to keep it under; one of that name is replaced
+        #[arg(long)]
+        name: String,
+        /// Where it comes from and who verified it
+        #[arg(long, value_name = "TEXT")]
+        provenance: String,
+    },
+}
+
+/// `--tier`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TierFlag {
+    /// Complete and partial models of the five types, clean, on structured grids
+    Faithful,
+    /// 20 000 models of every resolution, triangulation and noise, and surfaces of other kinds
+    Hard,
+    /// What normals cannot tell apart
+    Ambiguous,
 }
 
 /// Flags of `convert`.
@@ -282,6 +410,24 @@ Examples:
       The regions that `convert` would start from.
   scanwright segment bracket.stl -o regions.ply --method ncuts --regions 12
       The thesis's 3D-NCuts with twelve groups. Draw them: scanwright render regions.ply -o regions.png";
+
+const GPRIMDB_EXAMPLES: &str = "\
+Examples:
+  scanwright gprimdb generate -o primitives.db
+      1 000 clean models, as the thesis had.
+  scanwright gprimdb manifest --tier hard > mine.toml
+  scanwright gprimdb generate --manifest mine.toml -o mine.db
+      A database of your own: change the manifest in between.
+  scanwright gprimdb export primitives.db torus-0003-00 -o torus.ply
+  scanwright gprimdb add shop.db part.json --primitive 4 --name \"pin 6h6\" --provenance \"gauge room, 2026-11\"
+  scanwright gprimdb query shop.db other.json --primitive 2";
+
+const CLASSIFY_EXAMPLES: &str = "\
+Examples:
+  scanwright classify segment.ply
+  scanwright gprimdb generate --tier hard -o hard.db
+  scanwright train hard.db -o hard.svm
+  scanwright classify segment.ply --model hard.svm";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:

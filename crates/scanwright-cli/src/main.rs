@@ -4,9 +4,11 @@
 //! process's exit code, and a panic into a sentence that asks for a report.
 
 mod args;
+mod classify;
 mod console;
 mod convert;
 mod exit;
+mod gprimdb;
 mod info;
 mod outputs;
 mod picture;
@@ -14,6 +16,7 @@ mod render;
 mod scan;
 mod segment;
 mod summary;
+mod train;
 
 use std::panic;
 use std::process::ExitCode;
@@ -30,6 +33,9 @@ fn main() -> ExitCode {
         Verb::Convert(args) => convert::run(args),
         Verb::Info(args) => info::run(args),
         Verb::Segment(args) => segment::run(args),
+        Verb::Gprimdb(verb) => gprimdb::run(verb),
+        Verb::Classify(args) => classify::run(args),
+        Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
     });
     let code = match outcome {

@@ -13,9 +13,11 @@ mod mesher;
 mod model;
 mod noise;
 mod shape;
+mod store;
 
 pub use manifest::{ClassCount, Manifest, Ranges, Tier};
 pub use mesher::Triangulation;
 pub use model::{Model, Split, Truth};
 pub use noise::Noise;
 pub use shape::Class;
+pub use store::{Database, DatabaseError, Entry, Match, Part, sizes_of};

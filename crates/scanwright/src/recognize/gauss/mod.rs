@@ -16,10 +16,12 @@
 
 mod accumulator;
 mod cells;
+mod classifier;
 mod rules;
 
 pub use accumulator::{Accumulator, Descriptor, Voting};
 pub use cells::Cells;
+pub use classifier::{Classifier, Example, Fold, Parameters, ReadClassifierError, cross_validated};
 pub use rules::{Center, Evidence, Rules, Verdict};
 
 use crate::math::Vec3;

@@ -1,0 +1,44 @@
+//! `scanwright classify`.
+
+use std::fs;
+
+use scanwright::condition;
+use scanwright::mesh::Adjacency;
+use scanwright::recognize::gauss::{Classifier, GaussImage, Rules};
+
+use crate::args::ClassifyArgs;
+use crate::exit::{Code, Failure};
+use crate::scan;
+
+/// The classifier that comes with the program: trained on the `faithful` tier.
+const SHIPPED: &str = include_str!("../models/faithful.svm");
+
+/// Names the type of a segment by its normals.
+pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
+    let classifier = match &args.model {
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| Failure::input(path, error))?;
+            Classifier::from_text(&text).map_err(|error| Failure::input(path, error))?
+        }
+        None => Classifier::from_text(SHIPPED).map_err(|error| Failure::Internal(error.to_string()))?,
+    };
+    let file = scan::read(&args.segment)?;
+    let mesh = condition::condition(&file.mesh).mesh;
+    let image = GaussImage::of_mesh(&mesh);
+    let rules = Rules {
+        normal_noise: condition::measure(&mesh, &Adjacency::new(&mesh)).normal_noise,
+        ..Rules::default()
+    };
+    let Some(verdict) = rules.recognize(&image) else {
+        return Err(Failure::input(&args.segment, "no triangle has an area"));
+    };
+    let probabilities = classifier.classify(&image);
+    let by_rules = if verdict.certain { "certain" } else { "not certain" };
+    println!("rules        {}, {by_rules}", verdict.kind.name());
+    let listed: Vec<String> =
+        probabilities.iter().map(|(kind, p)| format!("{} {:.0} %", kind.name(), 100.0 * p)).collect();
+    println!("classifier   {}  ({})", listed.join(", "), classifier.provenance);
+    let likeliest = probabilities.first().map_or(verdict.kind, |best| best.0);
+    println!("type         {}", if verdict.certain { verdict.kind } else { likeliest }.name());
+    Ok(Code::Done)
+}
