@@ -10,7 +10,7 @@ use assert_cmd::Command;
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "render"] {
+    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render"] {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);
@@ -220,6 +220,47 @@ fn pictures_are_png_and_colors_need_regions() {
         check_exit(&dir.run(&args), 0, &args);
     }
     assert!(fs::read(dir.path("regions.png")).unwrap() != bytes);
+}
+
+#[test]
+fn segment_gives_a_box_its_six_faces_by_every_method() {
+    let dir = Folder::new();
+    fs::write(dir.0.join("fine.ply"), box_ply(12)).unwrap();
+    for method in ["default", "ncuts", "pic"] {
+        let args = ["segment", "fine.ply", "-o", "regions.ply", "--method", method, "--force"];
+        let output = dir.run(&args);
+        check_exit(&output, 0, &args);
+        assert!(text(&output.stdout).contains("6: 6 plane"), "{method}: {}", text(&output.stdout));
+    }
+    let args = ["segment", "fine.ply", "-o", "x.ply", "--regions", "6"];
+    check_exit(&dir.run(&args), 2, &args);
+}
+
+#[test]
+fn gprimdb_makes_shows_exports_and_its_models_are_classified() {
+    let dir = Folder::new();
+    let manifest = text(&dir.run(&["gprimdb", "manifest"]).stdout).replace("count = 200", "count = 4");
+    fs::write(dir.0.join("small.toml"), &manifest).unwrap();
+    let steps: [&[&str]; 4] = [
+        &["gprimdb", "generate", "--manifest", "small.toml", "-o", "small.db"],
+        &["gprimdb", "info", "small.db"],
+        &["gprimdb", "show", "small.db", "sphere-0001-00"],
+        &["gprimdb", "export", "small.db", "sphere-0001-00", "-o", "sphere.ply"],
+    ];
+    for args in steps {
+        check_exit(&dir.run(args), 0, args);
+    }
+    let output = dir.run(&["classify", "sphere.ply"]);
+    check_exit(&output, 0, &["classify"]);
+    assert!(text(&output.stdout).contains("type "), "{}", text(&output.stdout));
+
+    let wrong = manifest.replace("truncation = [0.0, 0.95]", "truncation = [0.0, 1.5]");
+    fs::write(dir.0.join("wrong.toml"), wrong).unwrap();
+    let args = ["gprimdb", "generate", "--manifest", "wrong.toml", "-o", "wrong.db"];
+    let output = dir.run(&args);
+    check_exit(&output, 3, &args);
+    assert!(text(&output.stderr).contains("ranges.truncation"), "{}", text(&output.stderr));
+    assert!(!dir.0.join("wrong.db").exists());
 }
 
 #[test]

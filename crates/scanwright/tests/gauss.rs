@@ -3,7 +3,9 @@
 use scanwright::gprimdb::{Class, Manifest, Tier, Triangulation};
 use scanwright::math::Vec3;
 use scanwright::random::Rng;
-use scanwright::recognize::gauss::{Accumulator, Cells, GaussImage, N_CELLS, Rules, Voting};
+use scanwright::recognize::gauss::{
+    Accumulator, Cells, Classifier, Example, GaussImage, N_CELLS, Rules, Voting, cross_validated,
+};
 use scanwright::surface::SurfaceKind;
 
 /// 100 complete models of `class`, each of about two thousand triangles.
@@ -114,6 +116,50 @@ fn rules_are_right_about_partial_primitives_whenever_they_are_certain() {
     assert!(wrong.len() <= manifest.n_models() / 100, "{} wrong: {wrong:?}", wrong.len());
     // Planes, cylinders and cones: three of five, less those of short arcs.
     assert!(n_certain >= manifest.n_models() / 2, "certain of {n_certain} only");
+}
+
+/// Descriptors of 40 complete models per type.
+fn examples() -> Vec<Example> {
+    let mut manifest = Manifest { partial: 0.0, resolutions: vec![16], ..Manifest::of_tier(Tier::Faithful) };
+    for shapes in &mut manifest.shapes {
+        shapes.count = 40;
+    }
+    let cells = Cells::new(N_CELLS);
+    (0..manifest.n_models())
+        .map(|k| {
+            let model = manifest.model(k);
+            let votes = Accumulator::new(&GaussImage::of_mesh(&model.mesh), &cells, Voting::Area);
+            let kind = SurfaceKind::ALL.into_iter().find(|kind| kind.name() == model.truth.class.name());
+            Example { values: votes.descriptor().values(), kind: kind.unwrap(), group: model.truth.group }
+        })
+        .collect()
+}
+
+#[test]
+fn the_classifier_names_shapes_that_are_new_to_it() {
+    let folds = cross_validated(&examples(), 4);
+    let n_right: usize =
+        folds.iter().flat_map(|f| &f.answers).filter(|(truth, answer)| truth == answer).count();
+    // Coarse complete models: one in ten may be a cone so slender or so flat that it looks like another type.
+    assert!(n_right >= 180, "{n_right} of 200");
+    assert_eq!(folds.iter().map(|f| f.answers.len()).sum::<usize>(), 200, "every example is tested once");
+}
+
+#[test]
+fn a_classifier_read_back_gives_the_same_probabilities() {
+    let classifier = Classifier::train(&examples(), N_CELLS, "forty of each");
+    let text = classifier.to_text();
+    let read = Classifier::from_text(&text).expect("it is what was written");
+    assert_eq!(read.provenance, "forty of each");
+    for class in [Class::Cone, Class::Torus] {
+        let image = &complete(class, Triangulation::Grid)[3];
+        let (written, read) = (classifier.classify(image), read.classify(image));
+        assert_eq!(written, read);
+        let sum: f64 = written.iter().map(|w| w.1).sum();
+        assert!((sum - 1.0).abs() < 1e-6 && written.windows(2).all(|w| w[0].1 >= w[1].1), "{written:?}");
+    }
+    assert!(Classifier::from_text(&text.replacen("scanwright", "another", 1)).is_err());
+    assert!(Classifier::from_text(&text[..text.len() / 2]).is_err());
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod conditioning;
 mod denoise;
 mod gauss;
 mod gprimdb;
+mod gprimdb_store;
 mod known_fits;
 mod metamorphic;
 mod parts;

@@ -19,7 +19,7 @@ use crate::surface::{Surface, SurfaceKind};
 /// How the parameters of a known type are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FitMethod {
-    /// Robust orthogonal distances, from all closed-form starts: the product's.
+    /// Robust orthogonal distances, from all closed-form starts, then all but the outliers counting alike: the product's.
     Robust,
     /// Orthogonal distances alone, all counting alike, from the same starts: the least-squares geometric elements of
     /// metrology (C. Shakarji, Journal of Research of NIST 103 (1998), 633-641).
@@ -49,12 +49,26 @@ impl FitMethod {
 /// none.
 pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMethod) -> Option<Surface> {
     match method {
-        FitMethod::Robust => iterated(kind, samples, noise),
+        FitMethod::Robust => without_outliers(&iterated(kind, samples, noise)?, samples, noise),
         // So large a scale that no distance is discounted.
         FitMethod::Lsge => iterated(kind, samples, 1e3 * extent(samples)),
         FitMethod::Pgp2x => pgp2x::pgp2x(kind, samples),
         FitMethod::Attene => closed::attene(kind, samples),
     }
+}
+
+/// A fit once more, to the samples that are no outliers to it.
+fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Option<Surface> {
+    /// Deviations beyond which a distance is no noise.
+    const OUTLIER: f64 = 4.0;
+    const STEPS: usize = 60;
+    let kept = |p: &Point3| found.signed_distance(p).abs() <= OUTLIER * noise;
+    let (points, normals) =
+        samples.points.iter().zip(&samples.normals).filter(|(p, _)| kept(p)).map(|(p, n)| (*p, *n)).unzip();
+    let kept = Samples { points, normals };
+    let start = Fit { surface: *found, outward: true };
+    let weights = Weights { distance_sigma: 1e3 * extent(samples), normal_sigma: 1.0, normal_weight: 0.0 };
+    Some(refine(&start, &kept, &weights, STEPS).map_or(*found, |fit| fit.surface))
 }
 
 /// The best of the fits from all starts, by distance alone.

@@ -5,8 +5,8 @@
 //! transactions of some hundred, so that a run that is stopped has lost little and goes on where it was; readers wait for
 //! one transaction at most. A rollback journal, not a write-ahead log: the database is one file.
 
+use core::time::Duration;
 use std::path::Path;
-use std::time::Duration;
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
 use serde::{Deserialize, Serialize};
