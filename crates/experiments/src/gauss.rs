@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use scanwright::fit::{Samples, Weights};
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::stats;
+use scanwright::par;
 use scanwright::recognize::gauss::{
     Accumulator, Cells, Example, Fold, GaussImage, N_CELLS, Rules, Voting, cross_validated,
 };
+use scanwright::recognize::{Limits, choose};
 use scanwright::surface::SurfaceKind;
 
 use crate::models::{all, example, faithful, kind_of, of_class};
@@ -74,6 +77,7 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
         "Gsh+s with SVM alone",
         "rules, then SVM",
         "rules are certain of",
+        "ours, by fitted surfaces",
     ]);
     for (partial, name) in [(false, "complete"), (true, "partial")] {
         for triangulation in [Triangulation::Grid, Triangulation::Isotropic, Triangulation::Cad] {
@@ -83,6 +87,9 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
             let by_svm = by_fold(&examples);
             let rules = Rules::default();
             let (mut rules_right, mut svm_right, mut both_right, mut n_certain) = (0, 0, 0, 0);
+            let ours = par::map(&models, by_surfaces);
+            let ours_right =
+                models.iter().zip(&ours).filter(|(m, kind)| kind_of(m.truth.class) == **kind).count();
             for (model, svm) in models.iter().zip(by_svm) {
                 let truth = kind_of(model.truth.class);
                 let verdict = rules.recognize(&GaussImage::of_mesh(&model.mesh));
@@ -101,11 +108,25 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
                 percent(svm_right, n),
                 percent(both_right, n),
                 percent(n_certain, n),
+                percent(ours_right, n),
             ]);
         }
     }
     table.write(folder, "recognition")?;
     Ok(table)
+}
+
+/// The product's choice among fitted surfaces, told that the model is a scan with hardly any noise.
+fn by_surfaces(model: &Model) -> Option<SurfaceKind> {
+    const N_SAMPLES: usize = 400;
+    let edge = model.truth.edge;
+    // The floor of the noise, and the limits that follow from the spacing, are those of `segment::Field`.
+    let sigma = 0.08 * edge;
+    let weights = Weights { distance_sigma: sigma, normal_sigma: 0.1, normal_weight: 0.5 };
+    let limits =
+        Limits { min_radius: 1.6 * edge, min_taper: 0.7 * edge, min_departure: 1.5 * sigma, min_tilt: 0.1 };
+    let all = Samples { points: model.mesh.vertices.clone(), normals: model.normals.clone() };
+    choose(&all.thinned(N_SAMPLES), all.points.len(), &weights, &limits, None).map(|c| c.fit.surface.kind())
 }
 
 /// What a classifier that has not seen an example's group says, for each.

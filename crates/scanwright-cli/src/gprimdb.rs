@@ -5,7 +5,6 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scanwright::gprimdb::{Class, Database, DatabaseError, Manifest, Part, Tier};
-use scanwright::progress::Cancelled;
 use scanwright::{io, par};
 use serde_json::Value;
 
@@ -60,7 +59,7 @@ fn generate(path: &Path, manifest: &Manifest, quiet: bool) -> Result<Code, Failu
     let mut database = Database::open_or_create(path).map_err(|error| on(path, error))?;
     let outcome = database.generate(manifest, &|done, _| {
         bar.set_position(done as u64);
-        if console::cancelled() { Err(Cancelled) } else { Ok(()) }
+        !console::cancelled()
     });
     bar.finish_and_clear();
     outcome.map_err(|error| match error {

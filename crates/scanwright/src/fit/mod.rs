@@ -49,7 +49,9 @@ impl FitMethod {
 /// none.
 pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMethod) -> Option<Surface> {
     match method {
-        FitMethod::Robust => without_outliers(&iterated(kind, samples, noise)?, samples, noise),
+        FitMethod::Robust => {
+            iterated(kind, samples, noise).map(|found| without_outliers(&found, samples, noise))
+        }
         // So large a scale that no distance is discounted.
         FitMethod::Lsge => iterated(kind, samples, 1e3 * extent(samples)),
         FitMethod::Pgp2x => pgp2x::pgp2x(kind, samples),
@@ -58,7 +60,7 @@ pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMe
 }
 
 /// A fit once more, to the samples that are no outliers to it.
-fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Option<Surface> {
+fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Surface {
     /// Deviations beyond which a distance is no noise.
     const OUTLIER: f64 = 4.0;
     const STEPS: usize = 60;
@@ -68,7 +70,7 @@ fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Option<Su
     let kept = Samples { points, normals };
     let start = Fit { surface: *found, outward: true };
     let weights = Weights { distance_sigma: 1e3 * extent(samples), normal_sigma: 1.0, normal_weight: 0.0 };
-    Some(refine(&start, &kept, &weights, STEPS).map_or(*found, |fit| fit.surface))
+    refine(&start, &kept, &weights, STEPS).map_or(*found, |fit| fit.surface)
 }
 
 /// The best of the fits from all starts, by distance alone.

@@ -154,11 +154,12 @@ impl Database {
         .transpose()
     }
 
-    /// Adds all models of `manifest` that are not there yet. `progress` is told how many of how many are.
+    /// Adds all models of `manifest` that are not there yet. `progress` is told how many of how many are, and says whether
+    /// to go on.
     pub fn generate(
         &mut self,
         manifest: &Manifest,
-        progress: &dyn Fn(usize, usize) -> Result<(), Cancelled>,
+        progress: &dyn Fn(usize, usize) -> bool,
     ) -> Result<(), DatabaseError> {
         match self.manifest()? {
             Some(known) if known != *manifest => return Err(DatabaseError::OtherManifest),
@@ -173,7 +174,9 @@ impl Database {
         let mut done = self.len()?;
         let cells = Cells::new(N_CELLS);
         while done < n {
-            progress(done, n)?;
+            if !progress(done, n) {
+                return Err(Cancelled.into());
+            }
             let batch: Vec<usize> = (done..n.min(done + BATCH)).collect();
             let rows = par::map(&batch, |&index| Row::of(manifest, index, &cells));
             let transaction = self.connection.transaction()?;
@@ -183,7 +186,7 @@ impl Database {
             transaction.commit()?;
             done += batch.len();
         }
-        progress(n, n)?;
+        progress(n, n);
         Ok(())
     }
 
