@@ -102,7 +102,15 @@ fn export(path: &Path, name: &str, output: &Path, force: bool) -> Result<Code, F
     let (Some(entry), Some(manifest)) = (entry, manifest) else {
         return Err(Failure::input(path, format!("has no model `{name}`")));
     };
+    if entry.index >= manifest.n_models() {
+        return Err(Failure::input(path, format!("`{name}` is not in its manifest")));
+    }
     let model = manifest.model(entry.index);
+    if format!("{:016x}", model.checksum()) != entry.checksum {
+        eprintln!(
+            "scanwright: {name}: differs in its last bits from the mesh that the database was made with"
+        );
+    }
     outputs::write(&[(output, io::write_ply(&model.mesh, None, None))])?;
     Ok(Code::Done)
 }

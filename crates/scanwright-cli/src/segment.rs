@@ -6,7 +6,7 @@ use scanwright::io;
 use scanwright::par;
 use scanwright::pipeline::{self, Options, Segmented, SupportSearch};
 use scanwright::progress::Progress;
-use scanwright::segment::{Nodes, SegmentMethod, Spectral};
+use scanwright::segment::{MOST_ASKED, Nodes, SegmentMethod, Spectral};
 
 use crate::args::{MethodFlag, NodesFlag, SegmentArgs, SupportFlag};
 use crate::console::{self, Console};
@@ -18,6 +18,9 @@ pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
     if args.method == MethodFlag::Default && (args.regions.is_some() || args.nodes == NodesFlag::Vertices) {
         let text = "--regions and --nodes are for --method ncuts and pic; the default finds both";
         return Err(Failure::Usage(text.into()));
+    }
+    if args.regions.is_some_and(|k| k > MOST_ASKED) {
+        return Err(Failure::Usage(format!("--regions: {MOST_ASKED} at most")));
     }
     outputs::check(&args.scan, &[&args.output], args.force)?;
     console::handle_interrupts();

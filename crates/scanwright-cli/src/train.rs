@@ -2,7 +2,7 @@
 
 use scanwright::gprimdb::{Database, Split};
 use scanwright::par;
-use scanwright::recognize::gauss::{Classifier, Example, N_CELLS, cross_validated};
+use scanwright::recognize::gauss::{Classifier, Example, N_CELLS, TooFew, cross_validated};
 use scanwright::surface::SurfaceKind;
 
 use crate::args::TrainArgs;
@@ -23,6 +23,11 @@ fn train(args: &TrainArgs) -> Result<Code, Failure> {
     let Some(manifest) = manifest else {
         return Err(Failure::input(&args.database, "has no generated models to train on"));
     };
+    let n = database.len().map_err(wrong)?;
+    if n < manifest.n_models() {
+        let text = format!("has {n} of {} models: `gprimdb generate` goes on with it", manifest.n_models());
+        return Err(Failure::input(&args.database, text));
+    }
     let mut examples = Vec::new();
     for split in [Split::Train, Split::Validate] {
         let entries = database.of_split(split).map_err(wrong)?;
@@ -32,8 +37,9 @@ fn train(args: &TrainArgs) -> Result<Code, Failure> {
             Some(Example { values, kind, group: entry.truth.group })
         }));
     }
+    let too_few = |error: TooFew| Failure::input(&args.database, error);
+    let folds = cross_validated(&examples, args.folds).map_err(too_few)?;
     println!("fold      C   gamma   accuracy");
-    let folds = cross_validated(&examples, args.folds);
     for (k, fold) in folds.iter().enumerate() {
         let parameters = fold.parameters;
         println!(
@@ -49,7 +55,7 @@ fn train(args: &TrainArgs) -> Result<Code, Failure> {
         folds.iter().flat_map(|fold| &fold.answers).filter(|(truth, answer)| truth == answer).count();
     println!("all                {:6.2} % of {n}", 100.0 * n_right as f64 / n.max(1) as f64);
     let provenance = format!("{} examples of a database of seed {}", examples.len(), manifest.seed);
-    let classifier = Classifier::train(&examples, N_CELLS, &provenance);
+    let classifier = Classifier::train(&examples, N_CELLS, &provenance).map_err(too_few)?;
     outputs::write(&[(&args.output, classifier.to_text().into_bytes())])?;
     println!("{}: trained on {provenance}", args.output.display());
     Ok(Code::Done)

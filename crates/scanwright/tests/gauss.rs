@@ -137,7 +137,7 @@ fn examples() -> Vec<Example> {
 
 #[test]
 fn the_classifier_names_shapes_that_are_new_to_it() {
-    let folds = cross_validated(&examples(), 4);
+    let folds = cross_validated(&examples(), 4).expect("there are enough");
     let n_right: usize =
         folds.iter().flat_map(|f| &f.answers).filter(|(truth, answer)| truth == answer).count();
     // Coarse complete models: one in ten may be a cone so slender or so flat that it looks like another type.
@@ -147,8 +147,12 @@ fn the_classifier_names_shapes_that_are_new_to_it() {
 
 #[test]
 fn a_classifier_read_back_gives_the_same_probabilities() {
-    let classifier = Classifier::train(&examples(), N_CELLS, "forty of each");
+    let train = |examples: &[Example]| Classifier::train(examples, N_CELLS, "forty of each");
+    let classifier = train(&examples()).expect("there are enough");
     let text = classifier.to_text();
+    assert_eq!(text, train(&examples()).expect("there are enough").to_text(), "trained twice");
+    assert!(train(&examples()[..40]).is_err(), "one type alone");
+    assert!(train(&[]).is_err(), "nothing");
     let read = Classifier::from_text(&text).expect("it is what was written");
     assert_eq!(read.provenance, "forty of each");
     for class in [Class::Cone, Class::Torus] {
@@ -160,6 +164,28 @@ fn a_classifier_read_back_gives_the_same_probabilities() {
     }
     assert!(Classifier::from_text(&text.replacen("scanwright", "another", 1)).is_err());
     assert!(Classifier::from_text(&text[..text.len() / 2]).is_err());
+    let other_cells = text.replacen("\n202\n", "\n52\n", 1);
+    assert!(Classifier::from_text(&other_cells).is_err(), "features of another number of cells");
+}
+
+#[test]
+fn a_box_is_no_plane_and_noise_makes_no_cylinder_of_a_sphere_for_certain() {
+    let mut opposite = GaussImage::default();
+    for normal in [Vec3::x(), Vec3::y(), Vec3::z()] {
+        opposite.normals.extend([normal, -normal]);
+        opposite.areas.extend([1.0, 1.0]);
+    }
+    let verdict = Rules::default().recognize(&opposite).expect("it has an area");
+    assert_ne!(verdict.kind, SurfaceKind::Plane, "{verdict:?}");
+    for (class, kind) in [(Class::Sphere, SurfaceKind::Sphere), (Class::Torus, SurfaceKind::Torus)] {
+        for normal_noise in [0.1, 0.2, 0.3, 0.5] {
+            let rules = Rules { normal_noise, ..Rules::default() };
+            for image in complete(class, Triangulation::Isotropic).iter().take(20) {
+                let verdict = rules.recognize(image).expect("it has an area");
+                assert!(verdict.kind == kind || !verdict.certain, "{normal_noise}: {verdict:?}");
+            }
+        }
+    }
 }
 
 #[test]

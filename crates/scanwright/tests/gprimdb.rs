@@ -77,7 +77,7 @@ fn areas_at_the_finest_level_are_within_half_a_percent() {
 }
 
 #[test]
-fn complete_models_are_closed_and_manifold() {
+fn complete_models_have_the_borders_of_their_type() {
     let manifest = Manifest { partial: 0.0, ..small(Triangulation::Isotropic, vec![16], vec![Noise::None]) };
     for k in 0..manifest.n_models() {
         let model = manifest.model(k);
@@ -149,6 +149,15 @@ fn what_is_wrong_with_a_manifest_is_said_by_its_field() {
     assert!(bad.problem().is_some_and(|p| p.starts_with("ranges.radius")));
     bad = Manifest { copies: 0, ..good.clone() };
     assert!(bad.problem().is_some_and(|p| p.starts_with("copies")));
-    bad = Manifest { noises: Vec::new(), ..good };
+    bad = Manifest { noises: Vec::new(), ..good.clone() };
     assert!(bad.problem().is_some_and(|p| p.contains("noises")));
+    bad = Manifest { noises: vec![Noise::Correlated { level: 0.1, length: 1e6 }], ..good.clone() };
+    assert!(bad.problem().is_some_and(|p| p.contains("length")));
+    bad = Manifest { noises: vec![Noise::Normal { level: f64::NAN }], ..good.clone() };
+    assert!(bad.problem().is_some_and(|p| p.contains("level")));
+    bad = good.clone();
+    bad.shapes.push(bad.shapes[0]);
+    assert!(bad.problem().is_some_and(|p| p.contains("twice")));
+    bad = Manifest { copies: u32::MAX, ..good };
+    assert!(bad.problem().is_some_and(|p| p.starts_with("copies")));
 }

@@ -2,8 +2,9 @@
 
 use scanwright::condition::measure;
 use scanwright::denoise::ring_filtered_normals;
-use scanwright::math::Point3;
+use scanwright::math::{Point3, Vec3};
 use scanwright::mesh::{Adjacency, Mesh};
+use scanwright::par;
 use scanwright::segment::{Nodes, SegmentMethod, SegmentOptions, Segmentation, Spectral, segment};
 use scanwright::surface::SurfaceKind;
 use scanwright::tolerance::Tolerances;
@@ -74,7 +75,7 @@ fn the_number_of_faces_of_a_block_is_found() {
 
 #[test]
 fn parts_that_do_not_touch_share_no_region() {
-    let far = scans::moved(block(), scanwright::math::Vec3::new(100.0, 0.0, 0.0));
+    let far = scans::moved(block(), Vec3::new(100.0, 0.0, 0.0));
     let n_first = block().triangles.len();
     let both = scans::together(block(), &far);
     let spectral = Spectral { n_regions: Some(12), ..Spectral::default() };
@@ -85,8 +86,26 @@ fn parts_that_do_not_touch_share_no_region() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_regions() {
+fn the_number_of_threads_does_not_change_the_regions() {
     let mesh = block();
-    let method = SegmentMethod::Pic(Spectral { n_regions: Some(6), ..Spectral::default() });
-    assert_eq!(segmented(&mesh, method), segmented(&mesh, method));
+    let spectral = Spectral { n_regions: Some(6), ..Spectral::default() };
+    for method in [SegmentMethod::NCuts(spectral), SegmentMethod::Pic(spectral)] {
+        let by = |n| par::with_threads(Some(n), || segmented(&mesh, method));
+        assert_eq!(by(1), by(4), "{method:?}");
+    }
+}
+
+#[test]
+fn a_block_among_many_small_pieces_is_still_cut_into_its_faces() {
+    let mut mesh = block();
+    for k in 0..45 {
+        let speck = scans::block([3.0, 3.0, 3.0], 1.0);
+        mesh = scans::together(mesh, &scans::moved(speck, Vec3::new(50.0 + 10.0 * f64::from(k), 0.0, 0.0)));
+    }
+    let n_block = block().triangles.len();
+    let segmentation = segmented(&mesh, SegmentMethod::NCuts(Spectral::default()));
+    let mut of_block: Vec<u32> = segmentation.labels[..n_block].iter().flatten().map(|r| r.0).collect();
+    of_block.sort_unstable();
+    of_block.dedup();
+    assert_eq!(of_block.len(), 6, "{:?}", kinds(&segmentation).len());
 }

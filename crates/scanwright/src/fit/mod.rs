@@ -48,6 +48,14 @@ impl FitMethod {
 /// The surface of a known type through samples whose distances have the deviation `noise`; `None` where a method finds
 /// none.
 pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMethod) -> Option<Surface> {
+    /// Fewer points lie on every plane.
+    const LEAST_SAMPLES: usize = 3;
+    /// Deviation that counts as none, of the extent.
+    const EXACT: f64 = 1e-9;
+    if samples.points.len() < LEAST_SAMPLES {
+        return None;
+    }
+    let noise = noise.max(EXACT * extent(samples));
     match method {
         FitMethod::Robust => {
             iterated(kind, samples, noise).map(|found| without_outliers(&found, samples, noise))
@@ -68,6 +76,10 @@ fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Surface {
     let (points, normals) =
         samples.points.iter().zip(&samples.normals).filter(|(p, _)| kept(p)).map(|(p, n)| (*p, *n)).unzip();
     let kept = Samples { points, normals };
+    // Where most are outliers the noise was told wrong.
+    if 2 * kept.points.len() < samples.points.len() {
+        return *found;
+    }
     let start = Fit { surface: *found, outward: true };
     let weights = Weights { distance_sigma: 1e3 * extent(samples), normal_sigma: 1.0, normal_weight: 0.0 };
     refine(&start, &kept, &weights, STEPS).map_or(*found, |fit| fit.surface)

@@ -87,15 +87,20 @@ impl Default for Ranges {
     }
 }
 
+/// Lengths and ratios that a manifest may ask for.
+const LENGTHS: (f64, f64) = (1e-3, 1e4);
+/// Models that a manifest may ask for.
+const MOST_MODELS: u64 = 10_000_000;
+
 /// Ready-made manifests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tier {
-    /// What the thesis's database is known to hold: structured grids without noise, 100 complete and 100 partial models
-    /// per class.
+    /// What the thesis's database is known to hold: structured grids without noise, 200 models per class, about half of
+    /// them partial, but for planes.
     Faithful,
     /// 20 000 models of every resolution, triangulation and noise, with a class of other surfaces.
     Hard,
-    /// What normals cannot tell apart: cones of less than 2 degrees, caps of 10 degrees, tori thin as wire.
+    /// What normals cannot tell apart: cones of less than 2 degrees, small pieces of spheres and of tori thin as wire.
     Ambiguous,
 }
 
@@ -165,12 +170,15 @@ impl Manifest {
             ("tube_arc_deg", ranges.tube_arc_deg, 360.0),
         ];
         let bad_length =
-            lengths.iter().find(|(_, [low, high])| !(0.0 < *low && low <= high && high.is_finite()));
+            lengths.iter().find(|(_, [low, high])| !(LENGTHS.0 <= *low && low <= high && *high <= LENGTHS.1));
         let bad_angle =
             angles.iter().find(|(_, [low, high], most)| !(0.0 < *low && low <= high && high <= most));
         let [low, high] = ranges.truncation;
         if let Some((name, _)) = bad_length {
-            return Some(format!("ranges.{name}: two positive numbers, the smaller first, are needed"));
+            return Some(format!(
+                "ranges.{name}: two numbers from {:e} to {:e}, the smaller first, are needed",
+                LENGTHS.0, LENGTHS.1
+            ));
         }
         if let Some((name, _, most)) = bad_angle {
             return Some(format!(
@@ -186,8 +194,18 @@ impl Manifest {
         if !(0.0..=1.0).contains(&self.partial) {
             return Some("partial: a share from 0 to 1 is needed".into());
         }
-        if self.copies == 0 || self.n_models() == 0 {
-            return Some("copies, shapes: the database would be empty".into());
+        let n =
+            self.shapes.iter().map(|s| u64::from(s.count)).sum::<u64>().saturating_mul(self.copies.into());
+        if !(1..=MOST_MODELS).contains(&n) {
+            return Some(format!("copies, shapes: 1 to {MOST_MODELS} models are needed, not {n}"));
+        }
+        let mut classes: Vec<Class> = self.shapes.iter().map(|s| s.class).collect();
+        classes.sort_unstable();
+        if let Some(twice) = classes.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Some(format!("shapes: {} is there twice", twice[0].name()));
+        }
+        if let Some(problem) = self.noises.iter().find_map(|noise| noise.problem()) {
+            return Some(format!("noises: {problem}"));
         }
         if self.resolutions.iter().any(|r| !(2..=1024).contains(r)) || self.resolutions.is_empty() {
             return Some("resolutions: numbers from 2 to 1024 are needed".into());

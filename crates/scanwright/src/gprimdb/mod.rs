@@ -6,7 +6,7 @@
 //! their partial models: classes, ranges and numbers here are reconstructed.
 //!
 //! A model is a function of its manifest and its number ([`Manifest::model`]), so that a database is as small as its
-//! truth and can be made again anywhere.
+//! truth and can be made again: the same bytes on the same system, elsewhere to the last bits of sines.
 
 mod manifest;
 mod mesher;

@@ -37,6 +37,17 @@ pub struct Model {
     pub normals: Vec<Vec3>,
 }
 
+impl Model {
+    /// A number that changes with every bit of the mesh: FNV-1a, a word at a time.
+    pub fn checksum(&self) -> u64 {
+        let coordinates = self.mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).map(f64::to_bits);
+        let corners = self.mesh.triangles.iter().flatten().map(|v| u64::from(*v));
+        coordinates
+            .chain(corners)
+            .fold(0xcbf2_9ce4_8422_2325, |h, word| (h ^ word).wrapping_mul(0x0100_0000_01b3))
+    }
+}
+
 /// What is known of a model. Lengths in millimetres, angles in radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {

@@ -52,6 +52,25 @@ impl Noise {
         all
     }
 
+    /// What is wrong with it, if anything.
+    pub(super) fn problem(self) -> Option<String> {
+        const MOST_LEVEL: f64 = 10.0;
+        const MOST_LENGTH: f64 = 20.0;
+        let (level, length, share) = match self {
+            Self::None => (0.0, 1.0, 0.0),
+            Self::Normal { level } | Self::Isotropic { level } => (level, 1.0, 0.0),
+            Self::Correlated { level, length } => (level, length, 0.0),
+            Self::Outliers { level, share } => (level, 1.0, share),
+        };
+        if !(0.0..=MOST_LEVEL).contains(&level) {
+            return Some(format!("a level from 0 to {MOST_LEVEL} edges is needed, not {level}"));
+        }
+        if !(0.0..=MOST_LENGTH).contains(&length) {
+            return Some(format!("a length from 0 to {MOST_LENGTH} edges is needed, not {length}"));
+        }
+        (!(0.0..=1.0).contains(&share)).then(|| format!("a share from 0 to 1 is needed, not {share}"))
+    }
+
     /// The vertices of `mesh`, which lie on the surface with these unit `normals`, moved.
     pub(super) fn moved(self, mesh: &Mesh, normals: &[Vec3], edge: f64, rng: &mut Rng) -> Vec<Point3> {
         let along = |heights: Vec<f64>| -> Vec<Point3> {

@@ -74,6 +74,8 @@ pub struct Entry {
     pub truth: Truth,
     /// Triangles of its mesh.
     pub n_triangles: usize,
+    /// See [`super::Model::checksum`].
+    pub checksum: String,
     /// Gsh+s: the sorted histogram, then the skewness.
     pub descriptor: Vec<f32>,
 }
@@ -147,11 +149,10 @@ impl Database {
     pub fn manifest(&self) -> Result<Option<Manifest>, DatabaseError> {
         let text: Option<String> =
             self.connection.query_row("SELECT text FROM manifest", [], |row| row.get(0)).optional()?;
-        text.map(|text| {
-            serde_json::from_str(&text)
-                .map_err(|error| DatabaseError::Broken { name: "manifest".into(), reason: error.to_string() })
-        })
-        .transpose()
+        let broken = |reason: String| DatabaseError::Broken { name: "manifest".into(), reason };
+        let Some(text) = text else { return Ok(None) };
+        let manifest: Manifest = serde_json::from_str(&text).map_err(|error| broken(error.to_string()))?;
+        manifest.problem().map_or(Ok(Some(manifest)), |problem| Err(broken(problem)))
     }
 
     /// Adds all models of `manifest` that are not there yet. `progress` is told how many of how many are, and says whether
@@ -224,26 +225,26 @@ impl Database {
     }
 
     fn entries(&self, which: &str, values: impl rusqlite::Params) -> Result<Vec<Entry>, DatabaseError> {
-        let sql =
-            format!("SELECT number, truth, triangles, descriptor, name FROM models {which} ORDER BY number");
+        let sql = format!(
+            "SELECT number, truth, triangles, descriptor, name, checksum FROM models {which} ORDER BY number"
+        );
         let mut statement = self.connection.prepare(&sql)?;
         let rows = statement.query_map(values, |row| {
-            let number: i64 = row.get(0)?;
-            let triangles: i64 = row.get(2)?;
-            Ok((
-                number as usize,
-                row.get::<_, String>(1)?,
-                triangles as usize,
-                row.get::<_, Vec<u8>>(3)?,
-                row.get(4)?,
-            ))
+            let (number, triangles): (i64, i64) = (row.get(0)?, row.get(2)?);
+            let (truth, bytes, name): (String, Vec<u8>, String) = (row.get(1)?, row.get(3)?, row.get(4)?);
+            Ok((number as usize, truth, triangles as usize, bytes, name, row.get(5)?))
         })?;
         rows.map(|row| {
-            let (index, truth, n_triangles, bytes, name): (usize, String, usize, Vec<u8>, String) = row?;
+            let (index, truth, n_triangles, bytes, name, checksum) = row?;
+            let descriptor: Vec<f32> =
+                bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+            if descriptor.len() != N_CELLS + 1 {
+                let reason = format!("its descriptor has {} numbers", descriptor.len());
+                return Err(DatabaseError::Broken { name, reason });
+            }
             let truth = serde_json::from_str(&truth)
                 .map_err(|error| DatabaseError::Broken { name, reason: error.to_string() })?;
-            let descriptor = bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-            Ok(Entry { index, truth, n_triangles, descriptor })
+            Ok(Entry { index, truth, n_triangles, checksum, descriptor })
         })
         .collect()
     }
@@ -280,20 +281,24 @@ impl Database {
         sizes: &[(String, f64)],
         uncertainties: &[f64],
     ) -> Result<Vec<Match>, DatabaseError> {
+        /// Standard uncertainties within which a size agrees.
+        const AGREE: f64 = 3.0;
         let apart = |others: &[(String, f64)], own: &[f64]| -> Option<f64> {
             let mut sum = 0.0;
             for ((name, size), u) in sizes.iter().zip(uncertainties) {
                 let place = others.iter().position(|o| o.0 == *name)?;
                 let u_sq = u * u + own.get(place).map_or(0.0, |v| v * v);
-                sum += (others[place].1 - size).powi(2) / u_sq.max(f64::MIN_POSITIVE);
+                let off_sq = (others[place].1 - size).powi(2) / u_sq.max(f64::MIN_POSITIVE);
+                if off_sq > AGREE * AGREE {
+                    return None;
+                }
+                sum += off_sq;
             }
             Some((sum / sizes.len().max(1) as f64).sqrt())
         };
-        /// Standard uncertainties within which sizes agree.
-        const AGREE: f64 = 3.0;
         let of = |name: String, known: Vec<(String, f64)>, own: &[f64]| {
             let deviations = apart(&known, own)?;
-            (deviations <= AGREE).then_some(Match { name, sizes: known, deviations })
+            Some(Match { name, sizes: known, deviations })
         };
         let parts = self.parts()?.into_iter().filter(|p| p.class == class);
         let mut found: Vec<Match> = parts.filter_map(|p| of(p.name, p.sizes, &p.uncertainties)).collect();
@@ -341,16 +346,12 @@ impl Row {
         let model = manifest.model(index);
         let image = GaussImage::of_mesh(&model.mesh);
         let values = Accumulator::new(&image, cells, Voting::Area).descriptor().values();
-        let coordinates = model.mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).map(f64::to_bits);
-        let corners = model.mesh.triangles.iter().flatten().map(|v| u64::from(*v));
+        let checksum = model.checksum();
         Self {
             index,
             truth: model.truth,
             n_triangles: model.mesh.triangles.len(),
-            // FNV-1a, a word at a time.
-            checksum: coordinates
-                .chain(corners)
-                .fold(0xcbf2_9ce4_8422_2325, |h, word| (h ^ word).wrapping_mul(0x0100_0000_01b3)),
+            checksum,
             descriptor: values.iter().flat_map(|v| (*v as f32).to_le_bytes()).collect(),
         }
     }

@@ -26,7 +26,7 @@ mod split;
 mod turned;
 
 pub use field::Field;
-pub use spectral::{Nodes, Spectral};
+pub use spectral::{MOST_ASKED, Nodes, Spectral};
 
 use field::{Hypothesis, Scratch};
 

@@ -6,7 +6,8 @@
 //! training shape is tested, and classes weigh alike however many examples they have.
 
 use libsvm_rs::io::{load_model_from_reader, save_model_to_writer};
-use libsvm_rs::predict::{predict, predict_probability};
+use libsvm_rs::predict::{predict, predict_probability, predict_values};
+use libsvm_rs::probability::sigmoid_train;
 use libsvm_rs::train::svm_train;
 use libsvm_rs::{KernelType, SvmModel, SvmNode, SvmParameter, SvmParameterBuilder, SvmProblem, SvmType};
 
@@ -61,6 +62,13 @@ pub struct Classifier {
 #[error("is no classifier of this program: {0}")]
 pub struct ReadClassifierError(String);
 
+/// Why nothing can be trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("two types with {LEAST_GROUPS} shapes each are needed, there are {0}")]
+pub struct TooFew(usize);
+
+/// Shapes of a type below which it cannot be trained and tested.
+const LEAST_GROUPS: usize = 10;
 /// First and last exponents of two that are tried, and the step between them.
 const C_EXPONENTS: (i32, i32, usize) = (-5, 15, 2);
 const GAMMA_EXPONENTS: (i32, i32, usize) = (-15, 3, 2);
@@ -71,13 +79,23 @@ const STEPS: f64 = 1e5;
 
 impl Classifier {
     /// Trains on all examples, with the parameters that name one in five of their groups best.
-    pub fn train(examples: &[Example], n_cells: usize, provenance: &str) -> Self {
+    ///
+    /// Probabilities are Platt's sigmoids (J. Platt, "Probabilistic outputs for support vector machines", 1999), fitted to
+    /// folds of whole groups, not by the library, whose folds depend on what was trained before.
+    pub fn train(examples: &[Example], n_cells: usize, provenance: &str) -> Result<Self, TooFew> {
+        check(examples)?;
         libsvm_rs::set_quiet(true);
         let parameters = best_parameters(examples);
         let scale = Scale::of(examples);
-        let settings = SvmParameter { probability: true, ..settings(parameters) };
-        let model = svm_train(&scale.problem(examples), &settings);
-        Self { scale, model, n_cells, provenance: provenance.to_owned() }
+        let mut model = svm_train(&scale.problem(examples), &settings(parameters, examples));
+        let kinds: Vec<SurfaceKind> = model.label.iter().map(|l| SurfaceKind::ALL[*l as usize]).collect();
+        let pairs: Vec<(SurfaceKind, SurfaceKind)> = (0..kinds.len())
+            .flat_map(|i| (i + 1..kinds.len()).map(move |j| (i, j)))
+            .map(|(i, j)| (kinds[i], kinds[j]))
+            .collect();
+        let sigmoids = par::map(&pairs, |pair| sigmoid(examples, *pair, &scale, parameters));
+        (model.prob_a, model.prob_b) = sigmoids.into_iter().unzip();
+        Ok(Self { scale, model, n_cells, provenance: provenance.to_owned() })
     }
 
     /// Types by probability, likeliest first.
@@ -123,7 +141,8 @@ impl Classifier {
         let model = load_model_from_reader(line("model")?.as_bytes());
         let model = model.map_err(|error| ReadClassifierError(error.to_string()))?;
         let known = |label: &i32| (0..SurfaceKind::ALL.len() as i32).contains(label);
-        if low.len() != high.len() || !model.label.iter().all(known) {
+        let fits = |row: &[f64]| row.len().checked_sub(1) == Some(n_cells);
+        if !fits(&low) || !fits(&high) || !model.label.iter().all(known) {
             return Err(broken("its parts do not fit together"));
         }
         Ok(Self { scale: Scale { low, high }, model, n_cells, provenance })
@@ -131,7 +150,8 @@ impl Classifier {
 }
 
 /// `n_folds` folds, each trained with the parameters that are best within its own training part.
-pub fn cross_validated(examples: &[Example], n_folds: u32) -> Vec<Fold> {
+pub fn cross_validated(examples: &[Example], n_folds: u32) -> Result<Vec<Fold>, TooFew> {
+    check(examples)?;
     libsvm_rs::set_quiet(true);
     let folds: Vec<u32> = (0..n_folds).collect();
     let fold = |&k: &u32| {
@@ -142,7 +162,51 @@ pub fn cross_validated(examples: &[Example], n_folds: u32) -> Vec<Fold> {
         let n_right = answers.iter().filter(|(truth, answer)| truth == answer).count();
         Fold { parameters, accuracy: n_right as f64 / test.len().max(1) as f64, answers }
     };
-    folds.iter().map(fold).collect()
+    Ok(folds.iter().map(fold).collect())
+}
+
+/// Whether two types at least have as many groups as it takes.
+fn check(examples: &[Example]) -> Result<(), TooFew> {
+    let has_enough = |kind: &SurfaceKind| {
+        let mut groups: Vec<u32> = examples.iter().filter(|e| e.kind == *kind).map(|e| e.group).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        groups.len() >= LEAST_GROUPS
+    };
+    let n = SurfaceKind::ALL.iter().filter(|kind| has_enough(kind)).count();
+    if n < 2 { Err(TooFew(n)) } else { Ok(()) }
+}
+
+/// The sigmoid `1 / (1 + exp(a f + b))` of the decision values `f` between two types: those that examples have under
+/// models trained without their groups.
+fn sigmoid(
+    examples: &[Example],
+    (first, second): (SurfaceKind, SurfaceKind),
+    scale: &Scale,
+    parameters: Parameters,
+) -> (f64, f64) {
+    const N_FOLDS: u32 = 5;
+    let of_pair: Vec<Example> =
+        examples.iter().filter(|e| e.kind == first || e.kind == second).cloned().collect();
+    let (mut decisions, mut sides) = (Vec::new(), Vec::new());
+    for k in 0..N_FOLDS {
+        let (test, train): (Vec<Example>, Vec<Example>) =
+            of_pair.iter().cloned().partition(|e| place(e.group, N_FOLDS) == k);
+        let has = |kind| train.iter().any(|e: &Example| e.kind == kind);
+        if !has(first) || !has(second) {
+            continue;
+        }
+        let model = svm_train(&scale.problem(&train), &settings(parameters, &train));
+        // A model's decisions are positive for the class it met first.
+        let towards = if model.label[0] as usize == label(first) { 1.0 } else { -1.0 };
+        for example in &test {
+            let mut decision = [0.0];
+            predict_values(&model, &scale.nodes(&example.values), &mut decision);
+            decisions.push(towards * decision[0]);
+            sides.push(if example.kind == first { 1.0 } else { -1.0 });
+        }
+    }
+    sigmoid_train(&decisions, &sides)
 }
 
 /// The fold of a group: groups of one class follow one another, and are dealt out in turn.
@@ -177,22 +241,21 @@ fn best_parameters(examples: &[Example]) -> Parameters {
 /// Truth and answer for every example of `test`.
 fn answers(train: &[Example], test: &[Example], parameters: Parameters) -> Vec<(SurfaceKind, SurfaceKind)> {
     let scale = Scale::of(train);
-    let mut settings = settings(parameters);
-    settings.weight = weights(train);
-    let model = svm_train(&scale.problem(train), &settings);
+    let model = svm_train(&scale.problem(train), &settings(parameters, train));
     test.iter()
         .map(|e| (e.kind, SurfaceKind::ALL[predict(&model, &scale.nodes(&e.values)) as usize]))
         .collect()
 }
 
-fn settings(parameters: Parameters) -> SvmParameter {
-    SvmParameterBuilder::new()
+fn settings(parameters: Parameters, examples: &[Example]) -> SvmParameter {
+    let settings = SvmParameterBuilder::new()
         .svm_type(SvmType::CSvc)
         .kernel_type(KernelType::Rbf)
         .c(parameters.c)
         .gamma(parameters.gamma)
         .build()
-        .expect("C and gamma are positive")
+        .expect("C and gamma are positive");
+    SvmParameter { weight: weights(examples), ..settings }
 }
 
 /// One per class: its share of the price, so that all classes weigh alike.

@@ -21,7 +21,7 @@ mod rules;
 
 pub use accumulator::{Accumulator, Descriptor, Voting};
 pub use cells::Cells;
-pub use classifier::{Classifier, Example, Fold, Parameters, ReadClassifierError, cross_validated};
+pub use classifier::{Classifier, Example, Fold, Parameters, ReadClassifierError, TooFew, cross_validated};
 pub use rules::{Center, Evidence, Rules, Verdict};
 
 use crate::math::Vec3;

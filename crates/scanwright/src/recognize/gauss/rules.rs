@@ -72,6 +72,12 @@ pub struct Verdict {
 const SPOT: f64 = 0.07;
 /// Flatness of a circle's normals, beside their noise.
 const CIRCLE: f64 = 0.03;
+/// What noise may make of them at most, before a cone's or a sphere's normals pass for a spot or a circle: complete tori
+/// have a flatness of 0.5.
+const NOISIEST_SPOT: f64 = 0.5;
+const NOISIEST_CIRCLE: f64 = 0.3;
+/// Length of the centre below which normals have no common direction: those of a box have none at all.
+const COMMON: f64 = 0.5;
 /// Offset from which a circle is a small one: the sine of 2.9 degrees.
 const SMALL_CIRCLE: f64 = 0.05;
 /// Skewness from which votes gather at the ends of an axis. Complete spheres have 0.1, complete tori 5.6, with 10 degrees
@@ -91,8 +97,9 @@ impl Rules {
     /// The type of a region from its image; `None` when it has no area.
     pub fn recognize(&self, image: &GaussImage) -> Option<Verdict> {
         let evidence = self.evidence(image)?;
-        let spot = SPOT.max(3.0 * self.normal_noise);
-        let circle = CIRCLE.max(2.5 * self.normal_noise);
+        let spot = SPOT.max(3.0 * self.normal_noise).min(NOISIEST_SPOT);
+        let circle = CIRCLE.max(2.5 * self.normal_noise).min(NOISIEST_CIRCLE);
+        let is_too_noisy = spot >= NOISIEST_SPOT || circle >= NOISIEST_CIRCLE;
         let (kind, certain) = if evidence.spread < spot {
             (SurfaceKind::Plane, true)
         } else if evidence.flatness < circle {
@@ -108,7 +115,7 @@ impl Rules {
             let off = evidence.moments.iter().zip(moments).map(|(a, b)| (a - b).abs());
             (kind, off.chain([evidence.mean]).fold(0.0, f64::max) < COMPLETE)
         };
-        Some(Verdict { kind, certain, evidence })
+        Some(Verdict { kind, certain: certain && !is_too_noisy, evidence })
     }
 
     /// What the rules look at; `None` when the image is empty.
@@ -130,9 +137,10 @@ impl Rules {
         let [(variance, axis), ..] = symmetric_eigen(&scatter);
         let angle = |n: &Vec3| n.cross(&center).norm().atan2(n.dot(&center));
         let angles = image.normals.iter().map(angle).zip(image.areas.iter().copied()).collect();
+        let has_direction = center.norm() > COMMON;
         let accumulator = Accumulator::new(image, &Cells::new(self.n_cells), self.voting);
         Some(Evidence {
-            spread: weighted_quantile(angles, total, 0.95),
+            spread: if has_direction { weighted_quantile(angles, total, 0.95) } else { std::f64::consts::PI },
             flatness: variance.max(0.0).sqrt(),
             offset: center.dot(&axis).abs(),
             axis,

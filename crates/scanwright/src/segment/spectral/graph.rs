@@ -14,7 +14,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::random::Rng;
 
-/// Added to the Laplacian so that it can be inverted: far below the eigenvalues that tell clusters apart.
+/// Added to the Laplacian so that it can be inverted. Eigenvalues below it, of groups that sharp creases part, are told
+/// apart less quickly; residuals say whether they were.
 const SHIFT: f64 = 1e-4;
 /// Largest residual of an eigenpair.
 const RESIDUAL: f64 = 1e-8;
@@ -103,7 +104,10 @@ impl Graph {
     }
 
     fn dense(&self, k: usize, scale: &[f64]) -> Eigen {
-        let mut laplacian = DMatrix::<f64>::identity(self.n, self.n);
+        // A node without edges is a part of its own, whose eigenvalue is zero.
+        let diagonal = |i: usize| if scale[i] > 0.0 { 1.0 } else { 0.0 };
+        let mut laplacian =
+            DMatrix::<f64>::from_fn(self.n, self.n, |i, j| if i == j { diagonal(i) } else { 0.0 });
         for &(a, b, weight) in &self.edges {
             let (a, b) = (a as usize, b as usize);
             laplacian[(a, b)] -= weight * scale[a] * scale[b];

@@ -31,7 +31,7 @@ use graph::{Eigen, Graph};
 /// Options of both methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Spectral {
-    /// Number of groups; found when `None`. A group in several pieces gives several regions.
+    /// Number of groups, at most [`MOST_ASKED`]; found when `None`. A group in several pieces gives several regions.
     pub n_regions: Option<usize>,
     /// What is grouped. Default: patches.
     pub nodes: Nodes,
@@ -66,6 +66,8 @@ pub(super) enum Vectors {
 
 /// Most groups that are looked for when their number is not given.
 const MOST_GROUPS: usize = 40;
+/// Most groups that may be asked for: the work grows with their square.
+pub const MOST_ASKED: usize = 500;
 /// Numbers of groups that are tried out: those with the largest gaps.
 const N_TRIED: usize = 6;
 /// Triangles per patch, and most patches.
@@ -81,12 +83,7 @@ pub(super) fn run(
     vectors: Vectors,
     options: &Spectral,
 ) -> Segmentation {
-    let normals: Vec<Vec3> = mesh
-        .triangles
-        .iter()
-        .map(|t| t.iter().map(|&v| field.normals[v as usize]).sum::<Vec3>().try_normalize(0.0))
-        .map(|n| n.unwrap_or_else(Vec3::zeros))
-        .collect();
+    let normals = triangle_normals(mesh, field, normal_noise);
     let nodes = match options.nodes {
         Nodes::Vertices => GraphNodes::Vertices,
         Nodes::Patches => {
@@ -110,7 +107,7 @@ pub(super) fn run(
         }
     };
     let weights = nodes.areas(mesh, graph.n);
-    let most = options.n_regions.unwrap_or(MOST_GROUPS) + 1;
+    let most = options.n_regions.map_or(MOST_GROUPS, |k| k.min(MOST_ASKED)) + 1;
     let parts: Vec<Part> = graph
         .parts()
         .into_iter()
@@ -119,13 +116,25 @@ pub(super) fn run(
             Some(Part { members, graph, eigen })
         })
         .collect();
-    let tried = options.n_regions.map_or_else(|| by_gap(&parts), |k| vec![k]);
+    let tried = options.n_regions.map_or_else(|| by_gap(&parts), |k| vec![k.min(MOST_ASKED)]);
     let segmented = crate::par::map(&tried, |&k| {
         let groups = groups(&parts, &weights, k, vectors, options.seed, graph.n);
         regions::of_groups(mesh, adjacency, field, &nodes.of_triangles(mesh, &groups))
     });
     let best = segmented.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, regions)| regions.segmentation(field)).unwrap_or_default()
+}
+
+/// One per triangle: the mean of its vertices' filtered normals; its own where there is no noise to filter, as vertices on a
+/// sharp edge have none that is right for both sides.
+fn triangle_normals(mesh: &Mesh, field: &Field, normal_noise: f64) -> Vec<Vec3> {
+    /// Radians.
+    const NO_NOISE: f64 = 0.01;
+    if normal_noise < NO_NOISE {
+        return mesh.triangle_normals();
+    }
+    let mean = |t: &[u32; 3]| t.iter().map(|&v| field.normals[v as usize]).sum::<Vec3>().try_normalize(0.0);
+    mesh.triangles.iter().map(|t| mean(t).unwrap_or_else(Vec3::zeros)).collect()
 }
 
 enum GraphNodes {
@@ -175,7 +184,7 @@ struct Part {
 fn by_gap(parts: &[Part]) -> Vec<usize> {
     let mut values: Vec<f64> = parts.iter().flat_map(|p| p.eigen.values.iter().copied()).collect();
     values.sort_by(f64::total_cmp);
-    let last = values.len().min(MOST_GROUPS + 1);
+    let last = values.len().min(parts.len() + MOST_GROUPS);
     let gap = |k: usize| (values[k] - values[k - 1]) / values[k].max(f64::MIN_POSITIVE);
     let mut numbers: Vec<usize> = (parts.len().max(2)..last).collect();
     numbers.sort_by(|&a, &b| gap(b).total_cmp(&gap(a)).then(a.cmp(&b)));
@@ -264,7 +273,8 @@ impl Part {
         (0..n).map(|i| vectors.iter().map(|v| v[i]).collect()).collect()
     }
 
-    /// One round `D^-1 W v`, without the constant vector that all end in, magnitudes scaled to the mean one.
+    /// One round `(v + D^-1 W v) / 2`, without the constant vector that all end in, magnitudes scaled to the mean one. Half
+    /// stays where it is: on a grid, whose nodes are of two colors, a walk that always leaves never settles.
     fn walk(&self, v: &DVector<f64>, degrees: &[f64], total: f64) -> DVector<f64> {
         let mut next = DVector::zeros(self.graph.n);
         for &(a, b, weight) in &self.graph.edges {
@@ -273,9 +283,9 @@ impl Part {
             next[b] += weight * v[a];
         }
         let mut mean = 0.0;
-        for (x, degree) in next.iter_mut().zip(degrees) {
-            mean += *x / total.max(f64::MIN_POSITIVE);
-            *x /= degree.max(f64::MIN_POSITIVE);
+        for ((x, old), degree) in next.iter_mut().zip(v.iter()).zip(degrees) {
+            *x = 0.5 * (*x / degree.max(f64::MIN_POSITIVE) + old);
+            mean += *x * degree / total.max(f64::MIN_POSITIVE);
         }
         next.add_scalar_mut(-mean);
         let size = next.abs().mean();

@@ -113,8 +113,11 @@ fn without_specks(adjacency: &Adjacency, mut labels: Vec<u32>) -> Vec<u32> {
         if into.iter().enumerate().all(|(k, other)| k as u32 == *other) {
             return numbered(labels);
         }
+        // Towards what is larger there are no cycles: each speck goes where the one it goes to has gone.
         for label in &mut labels {
-            *label = into[*label as usize];
+            while into[*label as usize] != *label {
+                *label = into[*label as usize];
+            }
         }
     }
 }
