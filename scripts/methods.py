@@ -2,20 +2,17 @@
 
     python scripts/methods.py BENCH BIN OUT
 
-BENCH is the folder with the cases, BIN our program, OUT a folder for the results. Needs numpy, scipy and plyfile alone.
+BENCH is the folder with the cases, BIN our program, OUT a folder for the results. Needs what the benchmark needs.
 The spectral methods run twice: told the true number of surfaces, and finding it.
 """
 
 import concurrent.futures
-import pathlib
 import statistics
 import sys
-import time
 
 import cases
 import numpy
 import plyfile
-from scipy.optimize import linear_sum_assignment
 
 METHODS = {
     "default": ("--method", "default"),
@@ -27,17 +24,11 @@ METHODS = {
 
 
 def overlap(truth, true, made):
-    """Mean intersection over union of the surfaces asked for with the regions they are paired with."""
-    asked = [i for i, surface in enumerate(truth["surfaces"]) if surface["asked"]]
-    ids, size = numpy.unique(made[made >= 0], return_counts=True)
-    share = numpy.zeros((len(asked), len(ids)))
-    for row, surface in enumerate(asked):
-        inside = true == surface
-        found, count = numpy.unique(made[inside & (made >= 0)], return_counts=True)
-        columns = numpy.searchsorted(ids, found)
-        share[row, columns] = count / (inside.sum() + size[columns] - count)
-    rows, columns = linear_sum_assignment(-share)
-    return share[rows, columns].sum() / len(asked)
+    """The benchmark's own overlap of the surfaces asked for with the regions they are paired with; types do not count."""
+    import evaluate
+
+    regions = [{"id": int(i), "type": "freeform"} for i in numpy.unique(made[made >= 0])]
+    return evaluate.segmentation(true, made, truth["surfaces"], regions, truth["diagonal"])[0]["seg_iou"]
 
 
 def measure(binary, folder, name, out):
@@ -46,17 +37,18 @@ def measure(binary, folder, name, out):
     if options[-1] == "--regions":
         options.append(len(truth["surfaces"]))
     result = out / f"{folder.name}-{'-'.join(name.replace(',', '').split())}.ply"
-    start = time.monotonic()
-    cost = cases.run([binary, "segment", folder / "scan.ply", "-o", result, "--force", "--threads", 1, *options], out / "log.txt")
-    seconds = cost["cpu"] if "cpu" in cost else time.monotonic() - start
-    if not result.exists():
-        return truth["grade"], name, 0.0, 0, seconds
+    command = [binary, "segment", folder / "scan.ply", "-o", result, "--force", "--threads", 1, *options]
+    log = result.with_suffix(".txt")
+    cost = cases.run(command, log)
+    if cost["code"] != 0:
+        sys.exit(f"exit code {cost['code']}, see {log}")
     made = numpy.asarray(plyfile.PlyData.read(str(result))["face"]["primitive"]).astype(int)
-    return truth["grade"], name, overlap(truth, true, made), made.max() + 1 - len(truth["surfaces"]), seconds
+    return truth["grade"], name, overlap(truth, true, made), made.max() + 1 - len(truth["surfaces"]), cost["cpu"]
 
 
 def main():
-    bench, binary, out = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
+    bench, binary, out = cases.folders(sys.argv[1:], 3)
+    cases.use_bench(bench)
     out.mkdir(parents=True, exist_ok=True)
     tasks = [(folder, name) for folder in cases.case_folders(bench) for name in METHODS]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:

@@ -12,7 +12,7 @@ use scanwright::recognize::gauss::{
 use scanwright::recognize::{Limits, choose};
 use scanwright::surface::SurfaceKind;
 
-use crate::models::{all, example, faithful, kind_of, of_class};
+use crate::models::{all, example, faithful, of_class};
 use crate::table::{Table, percent};
 
 /// Folds of every cross-validation.
@@ -89,9 +89,9 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
             let (mut rules_right, mut svm_right, mut both_right, mut n_certain) = (0, 0, 0, 0);
             let ours = par::map(&models, by_surfaces);
             let ours_right =
-                models.iter().zip(&ours).filter(|(m, kind)| kind_of(m.truth.class) == **kind).count();
+                models.iter().zip(&ours).filter(|(m, kind)| m.truth.class.kind() == **kind).count();
             for (model, svm) in models.iter().zip(by_svm) {
-                let truth = kind_of(model.truth.class);
+                let truth = model.truth.class.kind();
                 let verdict = rules.recognize(&GaussImage::of_mesh(&model.mesh));
                 let by_rules = verdict.map(|v| v.kind);
                 let certain = verdict.is_some_and(|v| v.certain);

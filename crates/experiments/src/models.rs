@@ -3,7 +3,6 @@
 use scanwright::gprimdb::{Class, Manifest, Model, Noise, Tier, Triangulation};
 use scanwright::par;
 use scanwright::recognize::gauss::{Accumulator, Cells, Example, GaussImage, Voting};
-use scanwright::surface::SurfaceKind;
 
 /// The `faithful` manifest with one triangulation, of one resolution, without noise, complete or partial.
 pub fn faithful(partial: bool, triangulation: Triangulation, resolution: u32) -> Manifest {
@@ -36,14 +35,9 @@ pub fn all(manifest: &Manifest) -> Vec<Model> {
     par::map_indices(manifest.n_models(), |k| manifest.model(k))
 }
 
-/// The type of a class; `None` for what is none of the five.
-pub fn kind_of(class: Class) -> Option<SurfaceKind> {
-    SurfaceKind::ALL.into_iter().find(|kind| kind.name() == class.name())
-}
-
 /// The descriptor of a model, with its type and group.
 pub fn example(model: &Model, cells: &Cells, with_skewness: bool) -> Option<Example> {
-    let kind = kind_of(model.truth.class)?;
+    let kind = model.truth.class.kind()?;
     let image = GaussImage::of_mesh(&model.mesh);
     let descriptor = Accumulator::new(&image, cells, Voting::Area).descriptor();
     let values = if with_skewness { descriptor.values() } else { descriptor.histogram };

@@ -8,7 +8,7 @@ use scanwright::math::stats;
 use scanwright::par;
 use scanwright::surface::Surface;
 
-use crate::models::{all, faithful, kind_of, of_class, with_noise};
+use crate::models::{all, faithful, of_class, with_noise};
 use crate::table::Table;
 
 /// Noise along the normal, edge lengths.
@@ -52,15 +52,14 @@ fn cell(models: &[Model], level: f64, method: FitMethod) -> String {
 /// Relative error of the size.
 fn error(model: &Model, level: f64, method: FitMethod) -> Option<f64> {
     let samples = Samples { points: model.mesh.vertices.clone(), normals: model.mesh.vertex_normals() };
-    // The floor of rounding where there is no noise.
-    let noise = (level * model.truth.edge).max(1e-9 * model.mesh.diagonal());
-    let (name, size) = match fit_known(kind_of(model.truth.class)?, &samples, noise, method)? {
+    let found = fit_known(model.truth.class.kind()?, &samples, level * model.truth.edge, method)?;
+    let (name, size) = match found {
         Surface::Plane(_) => return None,
         Surface::Cylinder(s) => ("radius", s.radius),
         Surface::Sphere(s) => ("radius", s.radius),
         Surface::Cone(s) => ("half_angle", s.half_angle),
         Surface::Torus(s) => ("minor_radius", s.minor_radius),
     };
-    let truth = model.truth.parameters.iter().find(|(n, _)| n == name)?.1;
+    let truth = model.truth.parameter(name)?;
     Some((size / truth - 1.0).abs())
 }

@@ -318,6 +318,15 @@ pub enum SupportFlag {
     None,
 }
 
+impl From<SupportFlag> for scanwright::pipeline::SupportSearch {
+    fn from(flag: SupportFlag) -> Self {
+        match flag {
+            SupportFlag::Auto => Self::Auto,
+            SupportFlag::None => Self::None,
+        }
+    }
+}
+
 /// `--allow`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FallbackFlag {

@@ -5,15 +5,12 @@ use std::path::Path;
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
 use scanwright::par;
-use scanwright::pipeline::{
-    self, Code as WarningCode, Fallback, Options, Reconstruction, SupportSearch, Warning,
-};
+use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, Warning};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
-use scanwright::segment::SegmentMethod;
 use scanwright::step::{self, Schema, StepOptions};
 
-use crate::args::{ConvertArgs, FallbackFlag, SchemaFlag, SupportFlag};
+use crate::args::{ConvertArgs, FallbackFlag, SchemaFlag};
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::scan::{self, UnitSource, Units};
@@ -64,11 +61,8 @@ fn reconstruct(
     console: &Console,
 ) -> Result<Reconstruction, Failure> {
     let progress = Progress::new(|stage, fraction| console.note(stage, fraction));
-    let mut result = pipeline::run(&file.mesh, options, &progress).map_err(|error| match error {
-        pipeline::Error::Cancelled(_) => Failure::Cancelled,
-        // The remaining errors say that there is nothing to work on.
-        other => Failure::input(&args.scan, other),
-    })?;
+    let mut result =
+        pipeline::run(&file.mesh, options, &progress).map_err(|error| Failure::of_run(&args.scan, error))?;
     if units.source == UnitSource::Assumed {
         let text = "lengths were taken as millimetres; --units says otherwise";
         result.warnings.insert(0, Warning::new(WarningCode::UnitsAssumed, text));
@@ -101,7 +95,7 @@ fn results<'a>(
         files.push((path, Report::new(result, &context).to_json().into_bytes()));
     }
     if let Some(path) = &args.segments {
-        let ids = report::segment_ids(result, n_triangles);
+        let ids = report::segment_ids(&result.labels_of_scan(n_triangles));
         files.push((path, io::write_ply(&file.mesh, Some(("primitive", &ids)), None)));
     }
     if let Some(path) = &args.picture {
@@ -125,12 +119,9 @@ fn options(args: &ConvertArgs) -> Options {
         seed: args.seed,
         gap: args.tolerance,
         min_face: args.min_face,
-        method: SegmentMethod::default(),
-        support: match args.support {
-            SupportFlag::Auto => SupportSearch::Auto,
-            SupportFlag::None => SupportSearch::None,
-        },
+        support: args.support.into(),
         up: args.up.map(|[x, y, z]| UnitVec3::new_normalize(Vec3::new(x, y, z))),
+        ..Options::default()
     }
 }
 

@@ -1,6 +1,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use scanwright::pipeline;
+
 /// Exit codes; `docs/output.md` documents them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -42,6 +44,14 @@ impl Failure {
     /// An input that cannot be read, with the reason.
     pub fn input(path: &Path, reason: impl fmt::Display) -> Self {
         Self::Input(path.to_owned(), reason.to_string())
+    }
+
+    /// Why the pipeline has no result for a scan: it was stopped, or there is nothing to work on.
+    pub fn of_run(scan: &Path, error: pipeline::Error) -> Self {
+        match error {
+            pipeline::Error::Cancelled(_) => Self::Cancelled,
+            other => Self::input(scan, other),
+        }
     }
 
     /// An output that cannot be written, with the reason.

@@ -164,17 +164,10 @@ fn measured(path: &Path, id: u64) -> Result<Measured, Failure> {
     let primitive = primitive.ok_or_else(|| Failure::input(path, format!("has no primitive {id}")))?;
     let class = Class::PRIMITIVES.into_iter().find(|class| primitive["type"] == class.name());
     let class = class.ok_or_else(|| Failure::input(path, format!("primitive {id} is of no known type")))?;
-    let names: &[&str] = match class {
-        Class::Cylinder | Class::Sphere => &["radius"],
-        Class::Cone => &["half_angle"],
-        Class::Torus => &["major_radius", "minor_radius"],
-        _ => {
-            return Err(Failure::input(
-                path,
-                format!("primitive {id} is a {}, which has no size", class.name()),
-            ));
-        }
-    };
+    let names = class.sizes();
+    if names.is_empty() {
+        return Err(Failure::input(path, format!("primitive {id} is a {}, which has no size", class.name())));
+    }
     let listed: Vec<&str> =
         primitive["parameters"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let (mut sizes, mut uncertainties) = (Vec::new(), Vec::new());

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use scanwright::io;
 use scanwright::par;
-use scanwright::pipeline::{self, Options, Segmented, SupportSearch};
+use scanwright::pipeline::{self, Options, Segmented};
 use scanwright::progress::Progress;
+use scanwright::report;
 use scanwright::segment::{MOST_ASKED, Nodes, SegmentMethod, Spectral};
 
-use crate::args::{MethodFlag, NodesFlag, SegmentArgs, SupportFlag};
+use crate::args::{MethodFlag, NodesFlag, SegmentArgs};
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::{outputs, scan};
@@ -33,15 +34,9 @@ pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
 fn segment(args: &SegmentArgs, console: &Console) -> Result<Code, Failure> {
     let file = scan::read(&args.scan)?;
     let progress = Progress::new(|stage, fraction| console.note(stage, fraction));
-    let segmented =
-        pipeline::segment(&file.mesh, &options(args), &progress).map_err(|error| match error {
-            pipeline::Error::Cancelled(_) => Failure::Cancelled,
-            other => Failure::input(&args.scan, other),
-        })?;
-    let mut ids = vec![-1; file.mesh.triangles.len()];
-    for (label, &source) in segmented.segmentation.labels.iter().zip(&segmented.source_triangle) {
-        ids[source as usize] = label.map_or(-1, |region| region.0 as i32);
-    }
+    let segmented = pipeline::segment(&file.mesh, &options(args), &progress)
+        .map_err(|error| Failure::of_run(&args.scan, error))?;
+    let ids = report::segment_ids(&segmented.labels_of_scan(file.mesh.triangles.len()));
     outputs::write(&[(&args.output, io::write_ply(&file.mesh, Some(("primitive", &ids)), None))])?;
     console.finish();
     if !args.quiet {
@@ -75,10 +70,7 @@ fn options(args: &SegmentArgs) -> Options {
             MethodFlag::Ncuts => SegmentMethod::NCuts(spectral),
             MethodFlag::Pic => SegmentMethod::Pic(spectral),
         },
-        support: match args.support {
-            SupportFlag::Auto => SupportSearch::Auto,
-            SupportFlag::None => SupportSearch::None,
-        },
+        support: args.support.into(),
         ..Options::default()
     }
 }

@@ -3,7 +3,6 @@
 use scanwright::gprimdb::{Database, Split};
 use scanwright::par;
 use scanwright::recognize::gauss::{Classifier, Example, N_CELLS, TooFew, cross_validated};
-use scanwright::surface::SurfaceKind;
 
 use crate::args::TrainArgs;
 use crate::exit::{Code, Failure};
@@ -23,7 +22,7 @@ fn train(args: &TrainArgs) -> Result<Code, Failure> {
     let Some(manifest) = manifest else {
         return Err(Failure::input(&args.database, "has no generated models to train on"));
     };
-    let n = database.len().map_err(wrong)?;
+    let n = database.n_models().map_err(wrong)?;
     if n < manifest.n_models() {
         let text = format!("has {n} of {} models: `gprimdb generate` goes on with it", manifest.n_models());
         return Err(Failure::input(&args.database, text));
@@ -32,7 +31,7 @@ fn train(args: &TrainArgs) -> Result<Code, Failure> {
     for split in [Split::Train, Split::Validate] {
         let entries = database.of_split(split).map_err(wrong)?;
         examples.extend(entries.into_iter().filter_map(|entry| {
-            let kind = SurfaceKind::ALL.into_iter().find(|kind| kind.name() == entry.truth.class.name())?;
+            let kind = entry.truth.class.kind()?;
             let values = entry.descriptor.into_iter().map(f64::from).collect();
             Some(Example { values, kind, group: entry.truth.group })
         }));

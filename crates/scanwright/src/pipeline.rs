@@ -113,11 +113,7 @@ impl Reconstruction {
     /// The region of every triangle of the scan as it was given; `None` where there is none. `n_triangles` is the
     /// scan's count: triangles that conditioning dropped have no region.
     pub fn labels_of_scan(&self, n_triangles: usize) -> Vec<Option<RegionId>> {
-        let mut labels = vec![None; n_triangles];
-        for (label, &source) in self.segmentation.labels.iter().zip(&self.source_triangle) {
-            labels[source as usize] = *label;
-        }
-        labels
+        labels_of_scan(&self.segmentation, &self.source_triangle, n_triangles)
     }
 
     /// The fallbacks that were needed, each kind once, ascending.
@@ -178,16 +174,35 @@ pub struct Segmented {
     pub segmentation: Segmentation,
 }
 
+impl Segmented {
+    /// See [`Reconstruction::labels_of_scan`].
+    pub fn labels_of_scan(&self, n_triangles: usize) -> Vec<Option<RegionId>> {
+        labels_of_scan(&self.segmentation, &self.source_triangle, n_triangles)
+    }
+}
+
+fn labels_of_scan(
+    segmentation: &Segmentation,
+    source_triangle: &[TriId],
+    n_triangles: usize,
+) -> Vec<Option<RegionId>> {
+    let mut labels = vec![None; n_triangles];
+    for (label, &source) in segmentation.labels.iter().zip(source_triangle) {
+        labels[source as usize] = *label;
+    }
+    labels
+}
+
 /// The stages of [`run`] up to the regions.
 pub fn segment(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segmented, Error> {
-    let (scan, _, part, segmentation) = segmented(mesh, options, progress)?;
+    let Regions { scan, part, segmentation, .. } = regions(mesh, options, progress)?;
     let segmentation = stages::on_scan(&scan, &part, &segmentation);
     Ok(Segmented { mesh: scan.mesh, source_triangle: scan.source_triangle, segmentation })
 }
 
 /// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.
 pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Reconstruction, Error> {
-    let (scan, support, part, segmentation) = segmented(mesh, options, progress)?;
+    let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
 
     let segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
     progress.report(Stage::Regularize, 1.0)?;
@@ -214,10 +229,15 @@ pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Recons
     })
 }
 
-type Segmentable = (stages::Scan, Option<Support>, stages::Part, Segmentation);
-
 /// The scan, its table, the part on it, and the part's regions.
-fn segmented(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segmentable, Error> {
+struct Regions {
+    scan: stages::Scan,
+    support: Option<Support>,
+    part: stages::Part,
+    segmentation: Segmentation,
+}
+
+fn regions(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Regions, Error> {
     progress.report(Stage::Condition, 0.0)?;
     let conditioned = condition::condition(mesh);
     if conditioned.mesh.triangles.is_empty() {
@@ -235,5 +255,5 @@ fn segmented(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segm
 
     let segmentation = stages::segment(&part, &normals, support.as_ref(), &scan.tolerances, options);
     progress.report(Stage::Segment, 1.0)?;
-    Ok((scan, support, part, segmentation))
+    Ok(Regions { scan, support, part, segmentation })
 }

@@ -18,21 +18,21 @@ fn small(triangulation: Triangulation, resolutions: Vec<u32>, noises: Vec<Noise>
 }
 
 fn surface_of(model: &Model) -> Surface {
-    let truth: BTreeMap<&str, f64> = model.truth.parameters.iter().map(|(n, v)| (n.as_str(), *v)).collect();
-    let point = Point3::new(truth["x"], truth["y"], truth["z"]);
-    let direction = || UnitVec3::new_normalize(Vec3::new(truth["axis_x"], truth["axis_y"], truth["axis_z"]));
+    let truth = |name: &str| model.truth.parameter(name).unwrap_or_else(|| panic!("no {name}"));
+    let point = Point3::new(truth("x"), truth("y"), truth("z"));
+    let direction = || UnitVec3::new_normalize(Vec3::new(truth("axis_x"), truth("axis_y"), truth("axis_z")));
     let axis = || Axis { origin: point, direction: direction() };
     match model.truth.class {
         Class::Plane => Surface::Plane(Plane { point, normal: direction() }),
-        Class::Cylinder => Surface::Cylinder(Cylinder { axis: axis(), radius: truth["radius"] }),
+        Class::Cylinder => Surface::Cylinder(Cylinder { axis: axis(), radius: truth("radius") }),
         Class::Cone => {
-            Surface::Cone(Cone { axis: axis(), radius: truth["radius"], half_angle: truth["half_angle"] })
+            Surface::Cone(Cone { axis: axis(), radius: truth("radius"), half_angle: truth("half_angle") })
         }
-        Class::Sphere => Surface::Sphere(Sphere { center: point, radius: truth["radius"] }),
+        Class::Sphere => Surface::Sphere(Sphere { center: point, radius: truth("radius") }),
         Class::Torus => Surface::Torus(Torus {
             axis: axis(),
-            major_radius: truth["major_radius"],
-            minor_radius: truth["minor_radius"],
+            major_radius: truth("major_radius"),
+            minor_radius: truth("minor_radius"),
         }),
         other => panic!("{other:?} has no analytic surface"),
     }
@@ -114,8 +114,7 @@ fn no_shape_is_in_two_splits() {
         let truth = manifest.model(k).truth;
         assert_eq!(*split_of.entry(truth.group).or_insert(truth.split), truth.split, "{}", truth.name);
         // What does not change with the pose.
-        let is_size = |name: &str| name.contains("radius") || name == "half_angle";
-        let sizes = truth.parameters.iter().filter(|(name, _)| is_size(name)).map(|p| p.1);
+        let sizes = truth.class.sizes().iter().filter_map(|name| truth.parameter(name));
         let key: Vec<u64> = sizes.chain([truth.area]).map(f64::to_bits).collect();
         assert_eq!(*shapes.entry(key).or_insert(truth.group), truth.group, "{} is a copy", truth.name);
     }

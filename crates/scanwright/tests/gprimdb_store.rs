@@ -44,7 +44,7 @@ fn a_run_that_was_stopped_goes_on_to_the_same_database() {
     };
     let outcome = Database::open_or_create(&stopped).unwrap().generate(&manifest(), &stop);
     assert!(matches!(outcome, Err(DatabaseError::Cancelled(_))), "{outcome:?}");
-    let n_first = Database::open(&stopped).unwrap().len().unwrap();
+    let n_first = Database::open(&stopped).unwrap().n_models().unwrap();
     assert!(0 < n_first && n_first < manifest().n_models(), "{n_first} models were written");
     Database::open_or_create(&stopped).unwrap().generate(&manifest(), &go_on).unwrap();
 
@@ -115,7 +115,7 @@ fn what_is_known_is_found_within_its_uncertainty_and_nothing_else() {
     // A generated cylinder, known once though there are two copies of it.
     let truth = manifest().model(2 * 60 + 10).truth;
     assert_eq!(truth.class, Class::Cylinder);
-    let radius = truth.parameters.iter().find(|p| p.0 == "radius").unwrap().1;
+    let radius = truth.parameter("radius").unwrap();
     let known = database.query(Class::Cylinder, &[("radius".into(), radius)], &[1e-9 * radius]).unwrap();
     assert_eq!(known.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), [truth.name.as_str()]);
 }

@@ -15,7 +15,7 @@ fn radius_errors(
     n: usize,
 ) -> (f64, f64, usize) {
     let mut manifest = Manifest::of_tier(Tier::Faithful);
-    manifest.shapes.retain(|s| s.class.name() == kind.name());
+    manifest.shapes.retain(|s| s.class.kind() == Some(kind));
     let manifest = Manifest {
         partial: if partial { 1.0 } else { 0.0 },
         resolutions: vec![32],
@@ -27,8 +27,8 @@ fn radius_errors(
     for k in 0..n {
         let model = manifest.model(k);
         let samples = Samples { points: model.mesh.vertices.clone(), normals: model.mesh.vertex_normals() };
-        let noise = (level * model.truth.edge).max(1e-9 * model.mesh.diagonal());
-        let truth = |name: &str| model.truth.parameters.iter().find(|p| p.0 == name).map(|p| p.1);
+        let noise = level * model.truth.edge;
+        let truth = |name: &str| model.truth.parameter(name);
         let error = match fit_known(kind, &samples, noise, method) {
             Some(Surface::Plane(_)) => 0.0,
             Some(Surface::Cylinder(s)) => s.radius / truth("radius").unwrap() - 1.0,

@@ -8,9 +8,7 @@
 use nalgebra::{Matrix4, Vector4};
 
 use super::Samples;
-use crate::math::{
-    Axis, Frame, Mat3, Point3, UnitVec3, Vec3, centroid, nearest_circle, principal_axes, symmetric_eigen,
-};
+use crate::math::{Axis, Frame, Mat3, Point3, UnitVec3, Vec3, centroid, nearest_circle, principal_axes};
 use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, SurfaceKind};
 
 /// The fits of Attene and others: `None` for a torus, and where the samples do not show the surface.
@@ -19,7 +17,7 @@ pub(super) fn attene(kind: SurfaceKind, samples: &Samples) -> Option<Surface> {
         SurfaceKind::Plane => Some(Surface::Plane(plane(samples))),
         SurfaceKind::Sphere => algebraic_sphere(&samples.points).map(Surface::Sphere),
         SurfaceKind::Cylinder => {
-            let frame = Frame::from_z(centroid(&samples.points), circle_axis(samples)?.0);
+            let frame = Frame::from_z(centroid(&samples.points), circle_axis(samples).0);
             let flat = samples.points.iter().map(|p| frame.local(p)).map(|q| (1.0, q.x, q.y));
             let ([x, y], radius) = nearest_circle(flat)?;
             let axis = Axis { origin: frame.global(&Vec3::new(x, y, 0.0)), direction: frame.z };
@@ -55,24 +53,22 @@ pub(super) fn algebraic_sphere(points: &[Point3]) -> Option<Sphere> {
 }
 
 /// The axis of the circle that the normals lie on, and how high it lies above the sphere's centre: the sine of a cone's
-/// half-angle, signed along the axis. `None` for fewer than three normals.
-pub(super) fn circle_axis(samples: &Samples) -> Option<(UnitVec3, f64)> {
-    let n = samples.normals.len() as f64;
-    if n < 3.0 {
-        return None;
-    }
-    let mean = samples.normals.iter().sum::<Vec3>() / n;
-    let scatter = samples.normals.iter().fold(Mat3::zeros(), |sum, normal| {
-        let off = normal - mean;
-        sum + off * off.transpose() / n
-    });
-    let [(_, axis), ..] = symmetric_eigen(&scatter);
-    Some((axis, mean.dot(&axis)))
+/// half-angle, signed along the axis.
+pub(super) fn circle_axis(samples: &Samples) -> (UnitVec3, f64) {
+    let tips = tips(samples);
+    let mean = centroid(&tips);
+    let [(_, axis), ..] = principal_axes(&tips, mean);
+    (axis, mean.coords.dot(&axis))
+}
+
+/// The normals as points of the unit sphere.
+pub(super) fn tips(samples: &Samples) -> Vec<Point3> {
+    samples.normals.iter().map(|n| Point3::from(*n)).collect()
 }
 
 /// Axis and half-angle from the circle of the normals, the apex where their planes meet.
 pub(super) fn cone(samples: &Samples) -> Option<Cone> {
-    let (mut direction, mut offset) = circle_axis(samples)?;
+    let (mut direction, mut offset) = circle_axis(samples);
     let center = centroid(&samples.points);
     // Every tangent plane n.(p - v) = 0 holds the apex v.
     let (mut matrix, mut right) = (Mat3::zeros(), Vec3::zeros());

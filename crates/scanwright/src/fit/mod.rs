@@ -1,7 +1,8 @@
 //! Solvers: orthogonal-distance least squares for the five surfaces, on points and normals.
 //!
-//! [`fit_known`] fits a known type by the product's method or a baseline. `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit,
-//! `covariance` its uncertainty. Nothing here knows what a region is or which type is right.
+//! `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit, `covariance`
+//! its uncertainty. [`fit_known`] fits a known type by the product's method or by a baseline (`closed`, `pgp2x`). Nothing
+//! here knows what a region is or which type is right.
 
 mod closed;
 mod covariance;
@@ -60,8 +61,7 @@ pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMe
         FitMethod::Robust => {
             iterated(kind, samples, noise).map(|found| without_outliers(&found, samples, noise))
         }
-        // So large a scale that no distance is discounted.
-        FitMethod::Lsge => iterated(kind, samples, 1e3 * extent(samples)),
+        FitMethod::Lsge => iterated(kind, samples, undiscounted(samples)),
         FitMethod::Pgp2x => pgp2x::pgp2x(kind, samples),
         FitMethod::Attene => closed::attene(kind, samples),
     }
@@ -71,7 +71,6 @@ pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMe
 fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Surface {
     /// Deviations beyond which a distance is no noise.
     const OUTLIER: f64 = 4.0;
-    const STEPS: usize = 60;
     let kept = |p: &Point3| found.signed_distance(p).abs() <= OUTLIER * noise;
     let (points, normals) =
         samples.points.iter().zip(&samples.normals).filter(|(p, _)| kept(p)).map(|(p, n)| (*p, *n)).unzip();
@@ -80,22 +79,28 @@ fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Surface {
     if 2 * kept.points.len() < samples.points.len() {
         return *found;
     }
-    let start = Fit { surface: *found, outward: true };
-    let weights = Weights { distance_sigma: 1e3 * extent(samples), normal_sigma: 1.0, normal_weight: 0.0 };
-    refine(&start, &kept, &weights, STEPS).map_or(*found, |fit| fit.surface)
+    by_distance(found, &kept, undiscounted(samples)).unwrap_or(*found)
 }
 
 /// The best of the fits from all starts, by distance alone.
 fn iterated(kind: SurfaceKind, samples: &Samples, noise: f64) -> Option<Surface> {
-    const STEPS: usize = 60;
-    let weights =
-        Weights { distance_sigma: noise.max(f64::MIN_POSITIVE), normal_sigma: 1.0, normal_weight: 0.0 };
-    let fits = starts(kind, samples).into_iter().filter_map(|start| refine(&start, samples, &weights, STEPS));
-    let cost = |fit: &Fit| -> f64 {
-        let scaled = |p: &Point3| (fit.surface.signed_distance(p) / weights.distance_sigma).powi(2);
-        samples.points.iter().map(|p| scaled(p).ln_1p()).sum()
+    let fits = starts(kind, samples).into_iter().filter_map(|s| by_distance(&s.surface, samples, noise));
+    let cost = |surface: &Surface| -> f64 {
+        samples.points.iter().map(|p| (surface.signed_distance(p) / noise).powi(2).ln_1p()).sum()
     };
-    fits.map(|fit| (cost(&fit), fit.surface)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+    fits.map(|surface| (cost(&surface), surface)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+}
+
+/// The fit from one start by distance alone, distances of some `noise` discounted.
+fn by_distance(start: &Surface, samples: &Samples, noise: f64) -> Option<Surface> {
+    const STEPS: usize = 60;
+    let weights = Weights { distance_sigma: noise, normal_sigma: 1.0, normal_weight: 0.0 };
+    refine(&Fit { surface: *start, outward: true }, samples, &weights, STEPS).map(|fit| fit.surface)
+}
+
+/// So large a scale of the noise that no distance is discounted.
+fn undiscounted(samples: &Samples) -> f64 {
+    1e3 * extent(samples)
 }
 
 /// Largest distance from the first point.

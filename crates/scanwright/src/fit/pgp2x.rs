@@ -8,19 +8,16 @@
 
 use nalgebra::Vector2;
 
-use super::Samples;
-use super::closed::{algebraic_sphere, circle_axis, cone, plane};
-use crate::math::{
-    Axis, Frame, Mat3, Point3, UnitVec3, Vec3, centroid, fitted_circle, principal_axes, stats,
-    symmetric_eigen,
-};
-use crate::surface::{Cylinder, Sphere, Surface, SurfaceKind, Torus};
+use super::closed::{algebraic_sphere, circle_axis, cone, plane, tips};
+use super::{Samples, by_distance, undiscounted};
+use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, centroid, fitted_circle, principal_axes, stats};
+use crate::surface::{Cylinder, Surface, SurfaceKind, Torus};
 
 /// The surface of `kind` through the samples; `None` where they do not show one.
 pub(super) fn pgp2x(kind: SurfaceKind, samples: &Samples) -> Option<Surface> {
     match kind {
         SurfaceKind::Plane => Some(Surface::Plane(plane(samples))),
-        SurfaceKind::Sphere => sphere(&samples.points).map(Surface::Sphere),
+        SurfaceKind::Sphere => sphere(samples),
         SurfaceKind::Cylinder => cylinder(samples).map(Surface::Cylinder),
         SurfaceKind::Cone => cone(samples).map(Surface::Cone),
         SurfaceKind::Torus => torus(samples).map(Surface::Torus),
@@ -28,34 +25,14 @@ pub(super) fn pgp2x(kind: SurfaceKind, samples: &Samples) -> Option<Surface> {
 }
 
 /// The algebraic sphere, refined by the distances.
-fn sphere(points: &[Point3]) -> Option<Sphere> {
-    const STEPS: usize = 20;
-    let mut found = algebraic_sphere(points)?;
-    let off = |s: &Sphere| -> f64 { points.iter().map(|p| ((p - s.center).norm() - s.radius).powi(2)).sum() };
-    for _ in 0..STEPS {
-        let (mut matrix, mut right) = (nalgebra::Matrix4::zeros(), nalgebra::Vector4::zeros());
-        for p in points {
-            let from = p - found.center;
-            let length = from.norm();
-            if length > 0.0 {
-                let row = nalgebra::Vector4::new(-from.x / length, -from.y / length, -from.z / length, -1.0);
-                matrix += row * row.transpose();
-                right -= row * (length - found.radius);
-            }
-        }
-        let Some(step) = matrix.try_inverse().map(|inverse| inverse * right) else { break };
-        let next = Sphere { center: found.center + step.xyz(), radius: found.radius + step.w };
-        if next.radius <= 0.0 || off(&next) >= off(&found) {
-            break;
-        }
-        found = next;
-    }
-    Some(found)
+fn sphere(samples: &Samples) -> Option<Surface> {
+    let start = Surface::Sphere(algebraic_sphere(&samples.points)?);
+    by_distance(&start, samples, undiscounted(samples))
 }
 
 /// The axis along the normals' least principal direction; the circle of the points seen along it.
 fn cylinder(samples: &Samples) -> Option<Cylinder> {
-    let frame = Frame::from_z(centroid(&samples.points), circle_axis(samples)?.0);
+    let frame = Frame::from_z(centroid(&samples.points), circle_axis(samples).0);
     let flat: Vec<Vector2<f64>> = samples.points.iter().map(|p| frame.local(p).xy()).collect();
     let (center, radius) = fitted_circle(&flat)?;
     let (low, high) = range(samples.points.iter().map(|p| frame.local(p).z));
@@ -71,8 +48,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 fn torus(samples: &Samples) -> Option<Torus> {
     let center = centroid(&samples.points);
     let of_points = principal_axes(&samples.points, center).map(|pair| pair.1);
-    let second = samples.normals.iter().fold(Mat3::zeros(), |sum, n| sum + n * n.transpose());
-    let of_normals = symmetric_eigen(&second).map(|pair| pair.1);
+    let of_normals = principal_axes(&tips(samples), Point3::origin()).map(|pair| pair.1);
     let tori = of_points.into_iter().chain(of_normals).filter_map(|axis| torus_about(samples, center, axis));
     let off = |t: &Torus| {
         let mut off: Vec<f64> = samples.points.iter().map(|p| t.signed_distance(p).abs()).collect();

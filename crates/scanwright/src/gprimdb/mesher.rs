@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shape::{Geometry, Shape};
+use super::shape::{Class, Shape};
 use crate::math::{Point3, Vec3};
 use crate::mesh::{Mesh, VertId};
 use crate::random::Rng;
@@ -45,6 +45,8 @@ pub(super) struct Meshed {
 const SHAKE: f64 = 0.3;
 /// Fewest vertices round a closed row.
 const FEWEST_ROUND: usize = 6;
+/// Length of a row over that of the longest below which it is a pole: sines of whole turns are zero but for rounding.
+const POLE: f64 = 1e-9;
 /// Steps by which lengths are measured.
 const N_MEASURE: usize = 64;
 
@@ -98,16 +100,7 @@ fn rows(shape: &Shape, kind: Triangulation, edge: f64, rng: &mut Rng) -> Vec<Vec
         if closed { n.max(FEWEST_ROUND) } else { n }
     };
     let height = if kind == Triangulation::Isotropic { 0.75_f64.sqrt() } else { 1.0 };
-    let is_ruled = matches!(
-        shape.geometry,
-        Geometry::Disc(_)
-            | Geometry::Oblique(..)
-            | Geometry::Natural(
-                crate::surface::Surface::Plane(_)
-                    | crate::surface::Surface::Cylinder(_)
-                    | crate::surface::Surface::Cone(_)
-            )
-    );
+    let is_ruled = matches!(shape.class, Class::Plane | Class::Cylinder | Class::Cone);
     let n_bands = if kind == Triangulation::Cad && is_ruled {
         1
     } else {
@@ -118,8 +111,7 @@ fn rows(shape: &Shape, kind: Triangulation, edge: f64, rng: &mut Rng) -> Vec<Vec
     for k in 0..n_rows {
         let v = v0 + (v1 - v0) * k as f64 / n_bands as f64;
         let along = length(|s| shape.point(shape.u[0] + (shape.u[1] - shape.u[0]) * s, v));
-        // A pole.
-        if along <= 1e-9 * widest {
+        if along <= POLE * widest {
             rows.push(vec![[shape.u[0], v]]);
             continue;
         }

@@ -20,4 +20,4 @@ pub use mesher::Triangulation;
 pub use model::{Model, Split, Truth};
 pub use noise::Noise;
 pub use shape::Class;
-pub use store::{Database, DatabaseError, Entry, Match, Part, sizes_of};
+pub use store::{Database, DatabaseError, Entry, Match, Part};

@@ -37,6 +37,13 @@ pub struct Model {
     pub normals: Vec<Vec3>,
 }
 
+impl Truth {
+    /// The parameter of a name.
+    pub fn parameter(&self, name: &str) -> Option<f64> {
+        self.parameters.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
+    }
+}
+
 impl Model {
     /// A number that changes with every bit of the mesh: FNV-1a, a word at a time.
     pub fn checksum(&self) -> u64 {
@@ -159,7 +166,7 @@ fn split(rng: &mut Rng) -> Split {
 }
 
 /// Parameters by name.
-pub(super) fn parameters(surface: &Surface) -> Vec<(String, f64)> {
+fn parameters(surface: &Surface) -> Vec<(String, f64)> {
     let axis = |axis: &crate::math::Axis| {
         let (o, d) = (axis.origin, axis.direction);
         vec![("x", o.x), ("y", o.y), ("z", o.z), ("axis_x", d.x), ("axis_y", d.y), ("axis_z", d.z)]

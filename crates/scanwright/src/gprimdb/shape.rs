@@ -8,7 +8,7 @@ use super::manifest::Ranges;
 use crate::math::{Axis, Point3, Vec3};
 use crate::random::Rng;
 use crate::surface::samples::point_at;
-use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
+use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, SurfaceKind, Torus};
 
 /// What a model is an example of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// The five types.
+    /// The five types, in the order of [`SurfaceKind::ALL`].
     pub const PRIMITIVES: [Self; 5] = [Self::Plane, Self::Cylinder, Self::Cone, Self::Sphere, Self::Torus];
     /// What is none of them.
     pub const OTHERS: [Self; 5] = [Self::Ellipsoid, Self::Saddle, Self::Helicoid, Self::Horn, Self::Wave];
@@ -45,16 +45,29 @@ impl Class {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Plane => "plane",
-            Self::Cylinder => "cylinder",
-            Self::Cone => "cone",
-            Self::Sphere => "sphere",
-            Self::Torus => "torus",
             Self::Ellipsoid => "ellipsoid",
             Self::Saddle => "saddle",
             Self::Helicoid => "helicoid",
             Self::Horn => "horn",
             Self::Wave => "wave",
+            primitive => primitive.kind().map_or("", SurfaceKind::name),
+        }
+    }
+
+    /// The type of its surface; `None` for what is none of the five.
+    pub fn kind(self) -> Option<SurfaceKind> {
+        let place = Self::PRIMITIVES.iter().position(|class| *class == self)?;
+        Some(SurfaceKind::ALL[place])
+    }
+
+    /// Names of the parameters that do not change when a model is moved: radii, and of a cone, whose radius is another at
+    /// every height, the half-angle.
+    pub fn sizes(self) -> &'static [&'static str] {
+        match self {
+            Self::Cylinder | Self::Sphere => &["radius"],
+            Self::Cone => &["half_angle"],
+            Self::Torus => &["major_radius", "minor_radius"],
+            _ => &[],
         }
     }
 }
@@ -124,6 +137,7 @@ impl Shape {
         if let Some(surface) = self.surface() {
             return surface.normal(&self.point(u, v)).into_inner();
         }
+        /// Of the domain, for central differences: truncation and rounding leave nine digits of a direction.
         const STEP: f64 = 1e-6;
         let (du, dv) = (STEP * (self.u[1] - self.u[0]), STEP * (self.v[1] - self.v[0]));
         let along = self.point(u + du, v) - self.point(u - du, v);

@@ -172,7 +172,7 @@ impl Database {
         }
         let n = manifest.n_models();
         // Models are written in order: those that are there are the first.
-        let mut done = self.len()?;
+        let mut done = self.n_models()?;
         let cells = Cells::new(N_CELLS);
         while done < n {
             if !progress(done, n) {
@@ -192,14 +192,9 @@ impl Database {
     }
 
     /// Number of models.
-    pub fn len(&self) -> Result<usize, DatabaseError> {
+    pub fn n_models(&self) -> Result<usize, DatabaseError> {
         let n: i64 = self.connection.query_row("SELECT count(*) FROM models", [], |row| row.get(0))?;
         Ok(n as usize)
-    }
-
-    /// Whether there are no models.
-    pub fn is_empty(&self) -> Result<bool, DatabaseError> {
-        Ok(self.len()? == 0)
     }
 
     /// Number of models per class, complete and partial.
@@ -315,14 +310,10 @@ impl Database {
     }
 }
 
-/// What does not change when a model is moved: radii, and of a cone, whose radius is another at every height, the
-/// half-angle.
-pub fn sizes_of(truth: &Truth) -> Vec<(String, f64)> {
-    let is_size = |name: &str| match truth.class {
-        Class::Cone => name == "half_angle",
-        _ => name.contains("radius"),
-    };
-    truth.parameters.iter().filter(|(name, _)| is_size(name)).cloned().collect()
+/// What does not change when a model is moved, by name.
+fn sizes_of(truth: &Truth) -> Vec<(String, f64)> {
+    let size = |name: &&str| Some(((*name).to_owned(), truth.parameter(name)?));
+    truth.class.sizes().iter().filter_map(size).collect()
 }
 
 fn check(connection: &Connection, id: i32) -> Result<(), DatabaseError> {

@@ -14,6 +14,7 @@ use serde::Serialize;
 use crate::condition::ConditionReport;
 use crate::pipeline::{Options, Reconstruction, SolidFacts, SupportSearch, Warning};
 use crate::recognize::Residual;
+use crate::segment::RegionId;
 
 /// Name and version of the schema.
 pub const SCHEMA: &str = "scanwright/result/1";
@@ -193,10 +194,9 @@ pub fn areas(result: &Reconstruction) -> (f64, f64) {
     (part, explained)
 }
 
-/// One number per triangle of the scan as it was read: the id of its primitive, -1 for none.
-pub fn segment_ids(result: &Reconstruction, n_triangles: usize) -> Vec<i32> {
-    let labels = result.labels_of_scan(n_triangles);
-    labels.into_iter().map(|label| label.map_or(-1, |region| region.0 as i32)).collect()
+/// One number per label: the id of its primitive, -1 for none.
+pub fn segment_ids(labels: &[Option<RegionId>]) -> Vec<i32> {
+    labels.iter().map(|label| label.map_or(-1, |region| region.0 as i32)).collect()
 }
 
 #[cfg(test)]
@@ -206,7 +206,7 @@ mod tests {
     use crate::mesh::Mesh;
     use crate::pipeline::{Code, Model};
     use crate::recognize::Primitive;
-    use crate::segment::{RegionId, Segmentation};
+    use crate::segment::Segmentation;
     use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
     use crate::tolerance::{Measured, Tolerances};
 
@@ -214,7 +214,7 @@ mod tests {
     fn segment_ids_follow_the_order_of_the_scan() {
         // Of the scan's five triangles conditioning kept numbers 1, 3 and 4.
         let result = reconstruction(vec![None; 3], &[1, 3, 4], &[Some(1), None, Some(0)]);
-        assert_eq!(segment_ids(&result, 5), [-1, 1, -1, -1, 0]);
+        assert_eq!(segment_ids(&result.labels_of_scan(5)), [-1, 1, -1, -1, 0]);
     }
 
     #[test]

@@ -162,6 +162,7 @@ fn mean(image: &GaussImage, total: f64) -> Vec3 {
 /// 355-386.
 fn median(image: &GaussImage, total: f64) -> Vec3 {
     const MAX_STEPS: usize = 100;
+    // Far below what thresholds of the rules can tell apart, in radians.
     const STILL: f64 = 1e-6;
     // Normals closer to the median than this no longer pull it to themselves.
     const NEAR: f64 = 1e-6;

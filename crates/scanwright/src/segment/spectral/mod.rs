@@ -246,7 +246,8 @@ impl Part {
 
     /// What power iteration leaves of the degrees and of some random vectors, each stopped when it no longer speeds up.
     fn by_power_iteration(&self, k: usize, seed: u64) -> Vec<Vec<f64>> {
-        /// Of a vector whose magnitudes have the mean one.
+        /// Change of its steps at which a vector no longer speeds up, where its magnitudes have the mean one: that of the
+        /// paper, section 2.3.
         const STILL: f64 = 1e-5;
         const MAX_ROUNDS: usize = 1000;
         let degrees = self.graph.degrees();
