@@ -180,30 +180,6 @@ fn a_collar_with_blunt_ends_is_a_cylinder() {
 }
 
 #[test]
-fn a_groove_parts_a_shaft_in_two() {
-    // Two spacings wide and deep: neither its walls nor its floor are wide enough to be faces.
-    let (radius, half, depth) = (26.0, 1.1, 2.2);
-    let distance = |p: &Point3| {
-        let shaft = (from_z(p) - radius).max(p.z.abs() - 22.0);
-        let groove = (p.z.abs() - half).max(radius - depth - from_z(p));
-        shaft.max(-groove)
-    };
-    for spot in [0.3, 0.6] {
-        let mesh = seen(distance, spot, [-28.5, -28.5, -24.5], [28.5, 28.5, 24.5]);
-        let segmentation = segmented(&mesh, spot);
-        let wall = |side: f64| {
-            let beside = |p: &Point3| (from_z(p) - radius).abs() < 0.4 && (4.0..18.0).contains(&(side * p.z));
-            let mut found = regions_of(&mesh, &segmentation, beside);
-            found.retain(|w| w.1 > 60);
-            found
-        };
-        let (above, below) = (wall(1.0), wall(-1.0));
-        assert_eq!((above.len(), below.len()), (1, 1), "spot {spot}: {:?}", kinds(&segmentation));
-        assert_ne!(above[0].0, below[0].0, "spot {spot}: one region on both sides of the groove");
-    }
-}
-
-#[test]
 fn a_bent_pipe_changes_over_where_its_surfaces_touch() {
     let (bend, pipe) = (22.0, 6.0);
     let distance = |p: &Point3| {

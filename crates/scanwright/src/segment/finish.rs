@@ -34,9 +34,7 @@ pub(super) fn finish(
     options: &SegmentOptions,
 ) -> Segmentation {
     let mut regions = Regions::from_labels(field, labels, options);
-    regions.flood(field, FLOOD_RINGS, LARGEST_REACH * (field.blur + field.weights.distance_sigma));
-    regions.add_freeform(field);
-    regions.flood(field, u32::MAX, f64::INFINITY);
+    regions.settle_leftovers(field);
     regions.join(mesh, field);
     turned::unite(field, &mut regions);
     blunt::retype(field, &mut regions);
@@ -101,6 +99,14 @@ impl Regions {
             regions.fits.push(Some(labels.fits[label as usize]));
         }
         regions
+    }
+
+    /// Gives leftovers near a surface to it; of the others, large sets become freeform regions, and the rest goes to the
+    /// nearest region.
+    fn settle_leftovers(&mut self, field: &Field) {
+        self.flood(field, FLOOD_RINGS, LARGEST_REACH * (field.blur + field.weights.distance_sigma));
+        self.add_freeform(field);
+        self.flood(field, u32::MAX, f64::INFINITY);
     }
 
     /// Gives unlabelled vertices within `rings` of a region, and within `reach` of its surface, to the surface they are
@@ -263,4 +269,55 @@ fn triangle_labels(
         };
         label.map(RegionId)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::condition::measure;
+    use crate::math::{Point3, Vec3};
+    use crate::surface::{Plane, Surface};
+    use crate::tolerance::Tolerances;
+
+    /// Columns of a sheet, one apart, and its rows; those of a trench in it, three deep.
+    const SIZE: (u32, u32) = (40, 12);
+    const TRENCH: std::ops::Range<u32> = 14..26;
+
+    fn sheet() -> Mesh {
+        let mut mesh = Mesh::default();
+        for (i, j) in (0..SIZE.0).flat_map(|i| (0..SIZE.1).map(move |j| (i, j))) {
+            let depth = if TRENCH.contains(&i) { 3.0 } else { 0.0 };
+            mesh.vertices.push(Point3::new(f64::from(i), f64::from(j), -depth));
+            if i + 1 < SIZE.0 && j + 1 < SIZE.1 {
+                let at = |i: u32, j: u32| i * SIZE.1 + j;
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn the_floor_of_a_trench_is_given_to_no_side() {
+        let mesh = sheet();
+        let adjacency = Adjacency::new(&mesh);
+        let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+        let normals = vec![Vec3::z(); mesh.vertices.len()];
+        let field = Field::new(&mesh, &adjacency, &normals, &tolerances, None);
+        let plane = Plane { point: Point3::origin(), normal: Vec3::z_axis() };
+        let fit = Fit { surface: Surface::Plane(plane), outward: true };
+        // Both sides lie on one plane; nothing described the trench.
+        let side = |i: u32| (!TRENCH.contains(&i)).then_some(u32::from(i >= TRENCH.end));
+        let column = |v: u32| v / SIZE.1;
+        let mut regions = Regions {
+            of_vertex: (0..mesh.vertices.len() as u32).map(|v| side(column(v))).collect(),
+            fits: vec![Some(fit); 2],
+        };
+        regions.settle_leftovers(&field);
+        for v in 0..mesh.vertices.len() as u32 {
+            let expected = side(column(v)).unwrap_or(2);
+            assert_eq!(regions.of_vertex[v as usize], Some(expected), "column {}", column(v));
+        }
+        assert_eq!(regions.fits, [Some(fit), Some(fit), None], "the trench is freeform");
+    }
 }

@@ -198,3 +198,46 @@ fn contacts(field: &Field, regions: &Regions) -> BTreeMap<(u32, u32), Vec<u32>> 
     }
     contacts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::condition::measure;
+    use crate::math::{Point3, Vec3};
+    use crate::mesh::{Adjacency, Mesh};
+    use crate::surface::{Cylinder, Surface};
+    use crate::tolerance::Tolerances;
+
+    #[test]
+    fn a_shaft_does_not_go_on_across_a_groove() {
+        // Rings of a shaft, one apart; the middle ones lie two deeper.
+        let (radius, n_round, groove) = (20.0, 120, 14..18);
+        let mut mesh = Mesh::default();
+        for (k, i) in (0..32_u32).flat_map(|k| (0..n_round).map(move |i| (k, i))) {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n_round)).sin_cos();
+            let radius = if groove.contains(&k) { radius - 2.0 } else { radius };
+            mesh.vertices.push(Point3::new(radius * cos, radius * sin, f64::from(k)));
+            if k > 0 {
+                let at = |k: u32, i: u32| k * n_round + i % n_round;
+                let [a, b, c, d] = [at(k - 1, i), at(k - 1, i + 1), at(k, i + 1), at(k, i)];
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let adjacency = Adjacency::new(&mesh);
+        let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+        let outward: Vec<Vec3> = mesh.vertices.iter().map(|p| Vec3::new(p.x, p.y, 0.0).normalize()).collect();
+        let field = Field::new(&mesh, &adjacency, &outward, &tolerances, None);
+        let axis = Axis { origin: Point3::origin(), direction: Vec3::z_axis() };
+        let fit = Fit { surface: Surface::Cylinder(Cylinder { axis, radius }), outward: true };
+        // Two pieces that touch at ring `border`.
+        let touching_at = |border: u32| {
+            let of_vertex = (0..mesh.vertices.len() as u32).map(|v| Some(u32::from(v / n_round >= border)));
+            let regions = Regions { of_vertex: of_vertex.collect(), fits: vec![Some(fit); 2] };
+            let contacts = contacts(&field, &regions);
+            assert_eq!(contacts.keys().collect::<Vec<_>>(), [&(0, 1)]);
+            continues(&field, &fit, &contacts[&(0, 1)])
+        };
+        assert!(!touching_at(16), "in the groove");
+        assert!(touching_at(8), "on the shaft");
+    }
+}
