@@ -175,6 +175,15 @@ pub struct ConvertArgs {
     /// Also draw the scan beside the part, from two sides
     #[arg(long, value_name = "PART.png")]
     pub picture: Option<PathBuf>,
+    /// The way to the model: ours to a solid, or the thesis's to primitives drawn one by one
+    #[arg(long, value_enum, default_value_t = PipelineFlag::Default)]
+    pub pipeline: PipelineFlag,
+    /// Name the primitives whose sizes a GPrimDB has, within the uncertainties of both
+    #[arg(long, value_name = "FILE.db", conflicts_with = "pipeline")]
+    pub database: Option<PathBuf>,
+    /// What to do with what the database knows
+    #[arg(long, value_enum, default_value_t = KnownFlag::Report, requires = "database")]
+    pub known: KnownFlag,
     /// The unit of the scan's coordinates; without it the file's own, else millimetres
     #[arg(long, value_enum)]
     pub units: Option<Unit>,
@@ -214,6 +223,24 @@ pub struct ConvertArgs {
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// `--pipeline`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PipelineFlag {
+    /// A closed solid
+    Default,
+    /// Part-to-CAD: 3D-NCuts, types by normals, sizes by PGP2X, each primitive drawn over what was seen of it
+    Thesis,
+}
+
+/// `--known`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum KnownFlag {
+    /// Name it in the summary and the JSON
+    Report,
+    /// Give primitives the stored sizes; where they are stays as measured
+    Take,
 }
 
 /// Flags of `info`.

@@ -20,7 +20,7 @@ pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
             let text = fs::read_to_string(path).map_err(|error| Failure::input(path, error))?;
             Classifier::from_text(&text).map_err(|error| Failure::input(path, error))?
         }
-        None => Classifier::from_text(SHIPPED).map_err(|error| Failure::Internal(error.to_string()))?,
+        None => shipped()?,
     };
     let file = scan::read(&args.segment)?;
     let mesh = condition::condition(&file.mesh).mesh;
@@ -41,4 +41,9 @@ pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
     let likeliest = probabilities.first().map_or(verdict.kind, |best| best.0);
     println!("type         {}", if verdict.certain { verdict.kind } else { likeliest }.name());
     Ok(Code::Done)
+}
+
+/// The classifier that comes with the program.
+pub fn shipped() -> Result<Classifier, Failure> {
+    Classifier::from_text(SHIPPED).map_err(|error| Failure::Internal(error.to_string()))
 }

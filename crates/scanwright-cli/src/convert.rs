@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use scanwright::gprimdb::{DatabaseError, Known, take};
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
 use scanwright::par;
@@ -10,11 +11,11 @@ use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
 use scanwright::step::{self, Schema, StepOptions};
 
-use crate::args::{ConvertArgs, FallbackFlag, SchemaFlag};
+use crate::args::{ConvertArgs, FallbackFlag, KnownFlag, PipelineFlag, SchemaFlag};
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::scan::{self, UnitSource, Units};
-use crate::{outputs, picture, summary};
+use crate::{classify, gprimdb, outputs, picture, summary};
 
 /// Turns a scan into a STEP solid.
 pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
@@ -30,12 +31,12 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     let file = scan::read(&args.scan)?;
     let units = scan::units(args.units, file.units);
     let options = options(args);
-    let result = reconstruct(args, &file, &options, units, console)?;
+    let (result, known) = reconstruct(args, &file, &options, units, console)?;
     if args.strict && !result.fallbacks().is_empty() {
         return Err(Failure::Strict(names(&result.fallbacks())));
     }
     console.note(Stage::Write, 0.0);
-    let mut files = results(args, &file, &options, units, &result);
+    let mut files = results(args, &file, &options, units, &result, known.as_deref());
     console.note(Stage::Write, 0.5);
     let timings = console.timings();
     if let Some(path) = &args.timings {
@@ -46,7 +47,8 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     console.finish();
     if !args.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
-        print!("{}", summary::of_run(&args.scan, &file, units, &result, &written));
+        let known = known.as_deref().unwrap_or_default();
+        print!("{}", summary::of_run(&args.scan, &file, units, &result, known, &written));
         console.log(&summary::timings_line(&console.timings()));
     }
     let refused = result.fallbacks().into_iter().any(|fallback| !args.allow.contains(&flag_of(fallback)));
@@ -59,15 +61,30 @@ fn reconstruct(
     options: &Options,
     units: Units,
     console: &Console,
-) -> Result<Reconstruction, Failure> {
+) -> Result<(Reconstruction, Option<Vec<Known>>), Failure> {
     let progress = Progress::new(|stage, fraction| console.note(stage, fraction));
-    let mut result =
-        pipeline::run(&file.mesh, options, &progress).map_err(|error| Failure::of_run(&args.scan, error))?;
+    let database = args.database.as_deref().map(gprimdb::open).transpose()?;
+    let mut known = None;
+    let result = match args.pipeline {
+        PipelineFlag::Default => pipeline::run_revised(&file.mesh, options, &progress, &mut |primitives| {
+            known = database.as_ref().map(|database| {
+                let mut known = database.known(primitives)?;
+                if args.known == KnownFlag::Take {
+                    take(&mut known, primitives);
+                }
+                Ok(known)
+            });
+        }),
+        PipelineFlag::Thesis => pipeline::run_thesis(&file.mesh, options, &classify::shipped()?, &progress),
+    };
+    let mut result = result.map_err(|error| Failure::of_run(&args.scan, error))?;
     if units.source == UnitSource::Assumed {
         let text = "lengths were taken as millimetres; --units says otherwise";
         result.warnings.insert(0, Warning::new(WarningCode::UnitsAssumed, text));
     }
-    Ok(result)
+    let path = args.database.as_deref().unwrap_or(&args.scan);
+    let known = known.transpose().map_err(|error: DatabaseError| Failure::input(path, error))?;
+    Ok((result, known))
 }
 
 /// Every file asked for, with its bytes.
@@ -77,6 +94,7 @@ fn results<'a>(
     options: &Options,
     units: Units,
     result: &Reconstruction,
+    known: Option<&[Known]>,
 ) -> Vec<(&'a Path, Vec<u8>)> {
     let n_triangles = file.mesh.triangles.len();
     let mut files = vec![(args.output.as_path(), step_text(args, units, result).into_bytes())];
@@ -91,6 +109,7 @@ fn results<'a>(
             options,
             n_triangles,
             n_vertices: file.mesh.vertices.len(),
+            known,
         };
         files.push((path, Report::new(result, &context).to_json().into_bytes()));
     }

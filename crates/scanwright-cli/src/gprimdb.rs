@@ -191,12 +191,14 @@ fn described(part: &Part) -> String {
     format!("{}, {}", part.class.name(), sizes.collect::<Vec<_>>().join(", "))
 }
 
-fn size_text(name: &str, size: f64) -> String {
+/// One size for people.
+pub fn size_text(name: &str, size: f64) -> String {
     let size = if name == "half_angle" { size.to_degrees() } else { size };
     format!("{} {size:.4}", name.replace('_', " "))
 }
 
-fn open(path: &Path) -> Result<Database, Failure> {
+/// A database to read.
+pub fn open(path: &Path) -> Result<Database, Failure> {
     if !path.is_file() {
         return Err(Failure::input(path, "is no file"));
     }

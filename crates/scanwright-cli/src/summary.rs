@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use scanwright::gprimdb::Known;
 use scanwright::io::ScanFile;
 use scanwright::pipeline::{Code, Reconstruction};
 use scanwright::report;
@@ -23,6 +24,7 @@ pub fn of_run(
     file: &ScanFile,
     units: Units,
     result: &Reconstruction,
+    known: &[Known],
     written: &[&Path],
 ) -> String {
     let mut lines = Lines::default();
@@ -34,6 +36,9 @@ pub fn of_run(
         lines.add("support", &format!("a table of {} triangles was taken away", count(n)));
     }
     lines.add("regions", &regions_line(result));
+    for known in known {
+        lines.add("known", &known_line(known));
+    }
     for text in solid_lines(result, unit) {
         lines.add("solid", &text);
     }
@@ -55,6 +60,23 @@ pub fn of_run(
         lines.add("wrote", &path.display().to_string());
     }
     lines.0
+}
+
+fn known_line(known: &Known) -> String {
+    let sizes: Vec<String> =
+        known.sizes.iter().map(|(name, size)| crate::gprimdb::size_text(name, *size)).collect();
+    let others = match known.others {
+        0 => String::new(),
+        n => format!(", as are {n} more"),
+    };
+    let taken = if known.taken { "; its sizes were taken" } else { "" };
+    format!(
+        "primitive {} may be `{}` ({}), {:.1} standard uncertainties off{others}{taken}",
+        known.id,
+        known.name,
+        sizes.join(", "),
+        known.deviations
+    )
 }
 
 /// Seconds of the stages, for people.

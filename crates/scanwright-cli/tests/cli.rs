@@ -311,6 +311,58 @@ fn what_was_added_is_found_again() {
 }
 
 #[test]
+fn what_a_database_knows_is_named_and_taken() {
+    let dir = Folder::new();
+    let manifest = text(&dir.run(&["gprimdb", "manifest"]).stdout).replace("count = 200", "count = 2");
+    fs::write(dir.path("small.toml"), &manifest).unwrap();
+    let convert = ["convert", "ball.ply", "-o", "ball.step", "--json", "ball.json", "--force"];
+    let add = ["gprimdb", "add", "shop.db", "ball.json", "--primitive", "0", "--name", "marble"];
+    let with_shop = [&convert[..], &["--database", "shop.db"]].concat();
+    let taking = [&with_shop[..], &["--known", "take"]].concat();
+    let steps: [&[&str]; 5] = [
+        &["gprimdb", "generate", "--manifest", "small.toml", "-o", "small.db"],
+        &["gprimdb", "export", "small.db", "sphere-0001-00", "-o", "ball.ply"],
+        &convert,
+        &[&add[..], &["--provenance", "a test"]].concat(),
+        &with_shop,
+    ];
+    for args in steps {
+        check_exit(&dir.run(args), 0, args);
+    }
+    let json = |dir: &Folder| -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(dir.path("ball.json")).unwrap()).unwrap()
+    };
+    let measured = json(&dir)["primitives"][0]["radius"].as_f64().unwrap();
+    assert_eq!(json(&dir)["known"][0]["name"], "marble");
+    assert_eq!(json(&dir)["known"][0]["taken"], false);
+    // Another radius within the uncertainty is taken as it is stored.
+    let mut part = json(&dir);
+    let near = measured * (1.0 + 1e-3);
+    part["primitives"][0]["radius"] = near.into();
+    part["primitives"][0]["uncertainty"] = vec![measured * 1e-3; 4].into();
+    fs::write(dir.path("ball.json"), part.to_string()).unwrap();
+    check_exit(&dir.run(steps[3]), 0, steps[3]);
+    let output = dir.run(&taking);
+    check_exit(&output, 0, &taking);
+    assert!(text(&output.stdout).contains("its sizes were taken"), "{}", text(&output.stdout));
+    assert_eq!(json(&dir)["primitives"][0]["radius"].as_f64(), Some(near));
+    check_exit(&dir.run(&[&convert[..], &["--known", "take"]].concat()), 2, &["--known alone"]);
+}
+
+#[test]
+fn the_thesis_draws_primitives_one_by_one() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let args = ["convert", "box.ply", "-o", "box.step", "--json", "box.json", "--pipeline", "thesis"];
+    let output = dir.run(&args);
+    check_exit(&output, 0, &args);
+    assert!(text(&output.stdout).contains("6 planes"), "{}", text(&output.stdout));
+    let step = fs::read_to_string(dir.path("box.step")).unwrap();
+    assert_eq!(step.matches("=ADVANCED_FACE(").count(), 6);
+    assert_eq!(step.matches("=OPEN_SHELL(").count(), 6);
+}
+
+#[test]
 fn info_counts_and_guesses_the_unit() {
     let dir = Folder::new();
     dir.scan("box.ply");

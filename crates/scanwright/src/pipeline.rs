@@ -7,8 +7,10 @@
 
 mod model;
 mod stages;
+mod thesis;
 mod warning;
 
+pub use thesis::run_thesis;
 pub use warning::{Code, Fallback, Warning};
 
 use crate::brep::Solid;
@@ -202,9 +204,21 @@ pub fn segment(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Se
 
 /// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.
 pub fn run(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Reconstruction, Error> {
+    run_revised(mesh, options, progress, &mut |_| ())
+}
+
+/// [`run`] with a word of the caller: `revise` sees the regular primitives before solids are made of them, and may give
+/// them what is known of them from elsewhere.
+pub fn run_revised(
+    mesh: &Mesh,
+    options: &Options,
+    progress: &Progress,
+    revise: &mut dyn FnMut(&mut [Primitive]),
+) -> Result<Reconstruction, Error> {
     let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
 
-    let segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
+    let mut segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
+    revise(&mut segmentation.primitives);
     progress.report(Stage::Regularize, 1.0)?;
 
     let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);

@@ -6,6 +6,7 @@ mod close;
 mod condition;
 mod conditioning;
 mod denoise;
+mod draw;
 mod gauss;
 mod gprimdb;
 mod gprimdb_store;

@@ -215,7 +215,7 @@ fn check_all(cases: &[Case], gap: f64) {
 }
 
 /// Runs Open CASCADE on STEP files: one verdict per file.
-fn judge(files: &[PathBuf]) -> Vec<serde_json::Value> {
+pub fn judge(files: &[PathBuf]) -> Vec<serde_json::Value> {
     let crate_root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("SCANWRIGHT_PYTHON")
         .map_or_else(|| crate_root.join("../../.venv/bin/python"), PathBuf::from);
@@ -233,16 +233,16 @@ fn judge(files: &[PathBuf]) -> Vec<serde_json::Value> {
 }
 
 /// A folder for the files of one test.
-struct Folder(PathBuf);
+pub struct Folder(PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    fn write(&self, name: &str, solids: &[Solid], options: &StepOptions) -> PathBuf {
+    pub fn write(&self, name: &str, solids: &[Solid], options: &StepOptions) -> PathBuf {
         let path = self.0.join(name);
         std::fs::write(&path, write(solids, options)).unwrap();
         path

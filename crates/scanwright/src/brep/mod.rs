@@ -11,6 +11,7 @@ pub mod close;
 mod curve;
 mod domain;
 mod draft;
+mod draw;
 mod facets;
 mod freeform;
 mod geometry;
@@ -30,6 +31,7 @@ mod thin;
 pub use build::build;
 pub use check::{Problem, Validity, check, validity};
 pub use curve::Curve;
+pub use draw::draw;
 pub use solid::{
     Edge, EdgeId, EdgeUse, Face, FaceId, Geometry, Loop, Shell, Solid, SurfaceId, Vertex, VertexId,
 };

@@ -144,6 +144,29 @@ impl Solid {
         if edge_use.forward { (edge.start, edge.end) } else { (edge.end, edge.start) }
     }
 
+    /// Adds the shells of another solid; the two share nothing.
+    pub fn append(&mut self, other: Self) {
+        let [n_vertices, n_edges, n_surfaces, n_faces] =
+            [self.vertices.len(), self.edges.len(), self.surfaces.len(), self.faces.len()].map(|n| n as u32);
+        self.vertices.extend(other.vertices);
+        self.edges.extend(other.edges.into_iter().map(|edge| Edge {
+            start: VertexId(edge.start.0 + n_vertices),
+            end: VertexId(edge.end.0 + n_vertices),
+            ..edge
+        }));
+        self.surfaces.extend(other.surfaces);
+        self.faces.extend(other.faces.into_iter().map(|mut face| {
+            face.surface.0 += n_surfaces;
+            face.loops.iter_mut().flat_map(|l| &mut l.uses).for_each(|u| u.edge.0 += n_edges);
+            face
+        }));
+        self.shells.extend(other.shells.into_iter().map(|mut shell| {
+            shell.faces.iter_mut().for_each(|face| face.0 += n_faces);
+            shell
+        }));
+        self.gap = self.gap.max(other.gap);
+    }
+
     /// Whether every shell is closed.
     pub fn is_closed(&self) -> bool {
         !self.shells.is_empty() && self.shells.iter().all(|shell| shell.closed)

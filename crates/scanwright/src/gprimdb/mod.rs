@@ -8,6 +8,7 @@
 //! A model is a function of its manifest and its number ([`Manifest::model`]), so that a database is as small as its
 //! truth and can be made again: the same bytes on the same system, elsewhere to the last bits of sines.
 
+mod known;
 mod manifest;
 mod mesher;
 mod model;
@@ -15,6 +16,7 @@ mod noise;
 mod shape;
 mod store;
 
+pub use known::{Known, Measured, take};
 pub use manifest::{ClassCount, Manifest, Ranges, Tier};
 pub use mesher::Triangulation;
 pub use model::{Model, Split, Truth};

@@ -1,4 +1,5 @@
-//! Points of a plane: their longest extent, and the parabola and the circle nearest to them.
+//! Points of a plane: their longest extent, the smallest rectangle around them, the parabola and the circle nearest to
+//! them.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -62,6 +63,61 @@ pub fn longest_extent(points: &[Vector2<f64>]) -> (Vector2<f64>, Vector2<f64>) {
     let eigen = spread.symmetric_eigen();
     let most = usize::from(eigen.eigenvalues.y > eigen.eigenvalues.x);
     (mean, eigen.eigenvectors.column(most).into_owned())
+}
+
+/// The rectangle of least area around points: the angle of its first side, radians, and its lowest and highest corner
+/// in coordinates along its sides, about the origin. `None` when the points lie on a line.
+///
+/// One side lies on a side of the convex hull (H. Freeman, R. Shapira, "Determining the minimum-area encasing rectangle
+/// for an arbitrary closed curve", Communications of the ACM 18 (1975), 409-413). O(n log n + h^2) for h hull corners.
+pub fn smallest_rectangle(points: &[[f64; 2]]) -> Option<(f64, [[f64; 2]; 2])> {
+    let hull = convex_hull(points);
+    if hull.len() < 3 {
+        return None;
+    }
+    let sides = hull.iter().zip(hull.iter().cycle().skip(1));
+    let around = |(a, b): (&[f64; 2], &[f64; 2])| {
+        let angle = (b[1] - a[1]).atan2(b[0] - a[0]);
+        let (sin, cos) = angle.sin_cos();
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for [x, y] in &hull {
+            for (i, t) in [x * cos + y * sin, y * cos - x * sin].into_iter().enumerate() {
+                low[i] = low[i].min(t);
+                high[i] = high[i].max(t);
+            }
+        }
+        (angle, [low, high])
+    };
+    let area = |[low, high]: &[[f64; 2]; 2]| (high[0] - low[0]) * (high[1] - low[1]);
+    sides.map(around).min_by(|a, b| area(&a.1).total_cmp(&area(&b.1)))
+}
+
+/// Corners of the convex hull, counter-clockwise: A. M. Andrew, "Another efficient algorithm for convex hulls in two
+/// dimensions", Information Processing Letters 9 (1979), 216-219.
+fn convex_hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    sorted.dedup();
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let turns_left = |a: &[f64; 2], b: &[f64; 2], c: &[f64; 2]| {
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
+    };
+    let chain = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for p in points {
+            while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], p) {
+                chain.pop();
+            }
+            chain.push(*p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = chain(&mut sorted.iter());
+    hull.extend(chain(&mut sorted.iter().rev()));
+    hull
 }
 
 /// Coefficients of `1`, `x`, `x^2` of the parabola from which points are nearest along y; `None` when fewer than three

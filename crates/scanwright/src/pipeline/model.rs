@@ -46,7 +46,7 @@ fn first_of(problems: &[String]) -> String {
     if problems.len() > SHOWN { format!("{shown}; and {} more", problems.len() - SHOWN) } else { shown }
 }
 
-fn facts(solid: &Solid, volume: f64, problems: Vec<String>) -> SolidFacts {
+pub(super) fn facts(solid: &Solid, volume: f64, problems: Vec<String>) -> SolidFacts {
     SolidFacts {
         closed: solid.is_closed(),
         n_faces: solid.faces.len(),
@@ -60,7 +60,7 @@ fn facts(solid: &Solid, volume: f64, problems: Vec<String>) -> SolidFacts {
 }
 
 /// Adds the triangles of `solid` to the model's; returns their volume.
-fn add_triangles(model: &mut Model, solid: &Solid) -> f64 {
+pub(super) fn add_triangles(model: &mut Model, solid: &Solid) -> f64 {
     let tessellation = brep::tessellate(solid);
     let shift = model.mesh.vertices.len() as u32;
     model.mesh.vertices.extend(&tessellation.mesh.vertices);

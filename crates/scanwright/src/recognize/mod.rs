@@ -8,7 +8,7 @@ pub use choose::{
     is_ring_or_lemon, is_worth, mean_cost,
 };
 
-use crate::fit::Fit;
+use crate::fit::{Fit, Samples, VERTICES_PER_SAMPLE, parameter_covariance};
 use crate::math::stats;
 use crate::surface::{Surface, SurfaceKind};
 
@@ -54,6 +54,31 @@ pub struct Primitive {
 }
 
 impl Primitive {
+    /// A region that no surface describes.
+    pub fn freeform() -> Self {
+        Self {
+            surface: None,
+            outward: true,
+            residual: Residual::default(),
+            covariance: Vec::new(),
+            ambiguous: None,
+        }
+    }
+
+    /// A region of a surface, with what `samples`, standing for `n_vertices` of its vertices, say about it. Planes are
+    /// turned to have their normal outward.
+    pub fn with_evidence(mut fit: Fit, samples: &Samples, n_vertices: usize) -> Self {
+        if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
+            plane.normal = -plane.normal;
+            fit.outward = true;
+        }
+        let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
+        let residual = Residual::from_distances(&distances);
+        let n_effective = (n_vertices as f64 / VERTICES_PER_SAMPLE).max(1.0);
+        let covariance = parameter_covariance(&fit.surface, samples, residual.rms, n_effective);
+        Self { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
+    }
+
     /// Its surface with its side, `None` for freeform.
     pub fn fit(&self) -> Option<Fit> {
         self.surface.map(|surface| Fit { surface, outward: self.outward })

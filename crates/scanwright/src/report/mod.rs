@@ -12,6 +12,7 @@ pub use regions::{Neighbor, PrimitiveReport};
 use serde::Serialize;
 
 use crate::condition::ConditionReport;
+use crate::gprimdb::Known;
 use crate::pipeline::{Options, Reconstruction, SolidFacts, SupportSearch, Warning};
 use crate::recognize::Residual;
 use crate::segment::RegionId;
@@ -32,6 +33,8 @@ pub struct Context<'a> {
     pub n_triangles: usize,
     /// Vertices of the scan as it was read.
     pub n_vertices: usize,
+    /// What a database knows of the primitives; `None` when none was asked.
+    pub known: Option<&'a [Known]>,
 }
 
 /// The unit of all lengths of a report.
@@ -55,6 +58,8 @@ pub struct Report {
     scan: Scan,
     support: Option<Support>,
     primitives: Vec<PrimitiveReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    known: Option<Vec<Known>>,
     solids: Vec<SolidFacts>,
     deviation: Option<DeviationReport>,
     warnings: Vec<Warning>,
@@ -122,6 +127,7 @@ impl Report {
             scan: Scan::new(result, context),
             support,
             primitives: regions::primitives(result, context.n_triangles),
+            known: context.known.map(<[Known]>::to_vec),
             solids: result.model.facts.clone(),
             deviation,
             warnings: result.warnings.clone(),
@@ -276,7 +282,8 @@ mod tests {
     fn json(result: &Reconstruction) -> serde_json::Value {
         let units = Units { name: "mm".to_owned(), millimetres: 1.0, source: "flag".to_owned() };
         let options = Options::default();
-        let context = Context { version: "0", units, options: &options, n_triangles: 9, n_vertices: 9 };
+        let context =
+            Context { version: "0", units, options: &options, n_triangles: 9, n_vertices: 9, known: None };
         serde_json::from_str(&Report::new(result, &context).to_json()).unwrap()
     }
 

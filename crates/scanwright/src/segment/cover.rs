@@ -110,18 +110,25 @@ impl Cover {
     /// Cost of a vertex if it belongs to a surface: its own, or that of a rounded edge with a neighbour whose far side
     /// it is not on.
     pub fn cost(&self, field: &Field, label: u32, vertex: u32) -> f64 {
-        let fit = &self.fits[label as usize];
+        if !self.near[vertex as usize].contains(&label) {
+            return field.cost(&self.fits[label as usize], vertex);
+        }
+        self.cost_under(field, &self.fits[label as usize], &[label], vertex)
+    }
+
+    /// The same for any surface, its edges with the surfaces of `except` left out.
+    pub fn cost_under(&self, field: &Field, fit: &Fit, except: &[u32], vertex: u32) -> f64 {
         let mut cost = field.cost(fit, vertex);
-        let near = &self.near[vertex as usize];
-        if cost <= f64::from(DEAD_ZONE) || !near.contains(&label) {
+        if cost <= f64::from(DEAD_ZONE) {
             return cost;
         }
+        let near = &self.near[vertex as usize];
         let point = &field.points[vertex as usize];
         let distance = fit.surface.signed_distance(point).abs();
         if let Some(ground) = field.ground_near(vertex) {
             cost = cost.min(edge::cost(field, fit, ground, vertex));
         }
-        for &other in near.iter().filter(|&&k| k != label) {
+        for &other in near.iter().filter(|k| !except.contains(k)) {
             let other = &self.fits[other as usize];
             let past = (distance - other.surface.signed_distance(point).abs()).max(0.0)
                 / field.weights.distance_sigma;

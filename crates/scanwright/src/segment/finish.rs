@@ -46,7 +46,7 @@ pub(super) fn finish(
         let fit_of = |v: u32| regions.of_vertex[v as usize].and_then(|k| regions.fits[k as usize]);
         match regions.fits[k] {
             Some(fit) => primitive::fitted(field, &fit, &members[k], fit_of),
-            None => primitive::freeform(),
+            None => Primitive::freeform(),
         }
     });
     let lands = par::map(&rounds, |round| round.primitives(field, &members));

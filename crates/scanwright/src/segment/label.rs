@@ -9,7 +9,7 @@ use super::select::{DEAD_ZONE, UNEXPLAINED};
 use crate::fit::Fit;
 
 /// Cost of an edge between differently labelled vertices.
-const BORDER_COST: f64 = 5.0;
+pub(super) const BORDER_COST: f64 = 5.0;
 /// Sweeps over all vertices; changes die out after four or five.
 const SWEEPS: usize = 8;
 

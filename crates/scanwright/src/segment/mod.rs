@@ -2,8 +2,9 @@
 //!
 //! By default fit-driven, no number of regions asked: hypotheses of all five types are grown from smooth seeds and refitted as
 //! they grow (`grow`), a subset that explains the mesh is selected greedily (`select`), vertices are labelled by
-//! energy (`label`), regions are retyped, merged and grown again (`refresh`), and what is left over is given to its
-//! neighbours or called freeform (`finish`). Thresholds are sigmas of the measured noise and vertex spacings.
+//! energy (`label`), regions are retyped, merged and grown again (`refresh`), neighbours that cost less as one surface
+//! become one (`merge`), and what is left over is given to its neighbours or called freeform (`finish`). Thresholds are
+//! sigmas of the measured noise and vertex spacings.
 
 mod blunt;
 mod border;
@@ -17,6 +18,7 @@ mod finish;
 mod grow;
 mod label;
 mod lands;
+mod merge;
 mod narrow;
 mod primitive;
 mod refresh;
@@ -109,9 +111,10 @@ fn fit_driven(
             hypotheses = refresh::refresh(&field, &labels);
         }
     }
-    // No alternatives here: nothing would merge them again.
+    // No alternatives here: nothing would test them once more.
     let (selected, cover) = select::select(&field, &hypotheses);
     labels = label::label(&field, &selected, &cover);
+    merge::merge(&field, &cover, &mut labels);
     finish::finish(mesh, adjacency, &field, &labels, options)
 }
 

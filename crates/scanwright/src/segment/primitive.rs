@@ -3,8 +3,8 @@
 use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::narrow::Rim;
-use crate::fit::{Fit, Samples, VERTICES_PER_SAMPLE, Weights, parameter_covariance, refine};
-use crate::recognize::{Primitive, Residual};
+use crate::fit::{Fit, Samples, Weights, refine};
+use crate::recognize::Primitive;
 use crate::surface::Surface;
 
 /// Samples of the final fit: parameters no longer gain from more, the noise being correlated.
@@ -16,17 +16,6 @@ const NORMAL_WEIGHT: f64 = 0.02;
 /// Share of a region's vertices that the fit rests on at least: a few in the middle of a narrow band would leave its
 /// axis free to turn.
 const MIN_INTERIOR_SHARE: f64 = 0.3;
-
-/// A region that no surface describes.
-pub(super) fn freeform() -> Primitive {
-    Primitive {
-        surface: None,
-        outward: true,
-        residual: Residual::default(),
-        covariance: Vec::new(),
-        ambiguous: None,
-    }
-}
 
 /// A region with a surface near `fit`. `fit_of`: the surface of each vertex of the mesh.
 pub(super) fn fitted(
@@ -49,26 +38,14 @@ pub(super) fn fitted(
         |(fit, rim)| (fit, rim.samples),
     );
     let samples = without_blur(&fit.surface, seen, field.blur);
-    let mut fit = refine(&fit, &samples, &weights, STEPS).unwrap_or(fit);
-    if let (Surface::Plane(plane), false) = (&mut fit.surface, fit.outward) {
-        plane.normal = -plane.normal;
-        fit.outward = true;
-    }
-    with_evidence(fit, &samples, interior.len())
+    let fit = refine(&fit, &samples, &weights, STEPS).unwrap_or(fit);
+    Primitive::with_evidence(fit, &samples, interior.len())
 }
 
 /// The region of a surface that is given, not fitted: what its vertices `members` say about it.
 pub(super) fn given(field: &Field, fit: &Fit, members: &[u32]) -> Primitive {
     let samples = without_blur(&fit.surface, field.samples(members, N_SAMPLES), field.blur);
-    with_evidence(*fit, &samples, members.len())
-}
-
-fn with_evidence(fit: Fit, samples: &Samples, n_interior: usize) -> Primitive {
-    let distances: Vec<f64> = samples.points.iter().map(|p| fit.surface.signed_distance(p)).collect();
-    let residual = Residual::from_distances(&distances);
-    let n_effective = (n_interior as f64 / VERTICES_PER_SAMPLE).max(1.0);
-    let covariance = parameter_covariance(&fit.surface, samples, residual.rms, n_effective);
-    Primitive { surface: Some(fit.surface), outward: fit.outward, residual, covariance, ambiguous: None }
+    Primitive::with_evidence(*fit, &samples, members.len())
 }
 
 /// The samples where a scanner with no spot would have seen them. A distance field blurred by a spot of deviation `b`

@@ -17,7 +17,7 @@ pub(super) const DEAD_ZONE: f32 = 3.5;
 /// Cost of a vertex that nothing explains.
 pub(super) const UNEXPLAINED: f32 = 15.0;
 /// Price of one degree of freedom.
-const PRICE: f64 = 25.0;
+pub(super) const PRICE: f64 = 25.0;
 /// Least gain of a surface worth having.
 const MIN_GAIN: f64 = 120.0;
 

@@ -14,7 +14,7 @@ use libsvm_rs::{KernelType, SvmModel, SvmNode, SvmParameter, SvmParameterBuilder
 use crate::par;
 use crate::surface::SurfaceKind;
 
-use super::{Accumulator, Cells, GaussImage, Voting};
+use super::{Accumulator, Cells, GaussImage, Rules, Voting};
 
 /// A descriptor whose type is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,6 +102,16 @@ impl Classifier {
     pub fn classify(&self, image: &GaussImage) -> Vec<(SurfaceKind, f64)> {
         let accumulator = Accumulator::new(image, &Cells::new(self.n_cells), Voting::Area);
         self.probabilities(&accumulator.descriptor().values())
+    }
+
+    /// The type by the rules where they are certain, else the likeliest, with its probability; `None` without an image.
+    pub fn recognize(&self, rules: &Rules, image: &GaussImage) -> Option<(SurfaceKind, Option<f64>)> {
+        let verdict = rules.recognize(image)?;
+        if verdict.certain {
+            return Some((verdict.kind, None));
+        }
+        let likeliest = self.classify(image).first().copied();
+        Some(likeliest.map_or((verdict.kind, None), |(kind, probability)| (kind, Some(probability))))
     }
 
     fn probabilities(&self, values: &[f64]) -> Vec<(SurfaceKind, f64)> {

@@ -3,7 +3,7 @@
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh, connected};
 use crate::par;
-use crate::recognize::{COST_CAP, choose};
+use crate::recognize::{COST_CAP, Primitive, choose};
 use crate::segment::field::{Field, Scratch};
 use crate::segment::grow::{ACCEPT_COST, BORDER_RINGS, MIN_INTERIOR};
 use crate::segment::{RegionId, Segmentation, primitive};
@@ -56,7 +56,7 @@ impl Regions {
         }
         let primitives = par::map_indices(self.fits.len(), |k| {
             let fit_of = |v: u32| region_of[v as usize].and_then(|k: usize| self.fits[k]);
-            self.fits[k].map_or_else(primitive::freeform, |fit| {
+            self.fits[k].map_or_else(Primitive::freeform, |fit| {
                 primitive::fitted(field, &fit, &self.members[k], fit_of)
             })
         });

@@ -67,7 +67,7 @@ fn arc_lengths(
         .map(|&v| cell(&in_half_plane(frame, &field.points[v as usize])))
         .filter(|c| counts.contains_key(c))
         .collect();
-    let first = farthest(&counts, &starts)?;
+    let first = outer_end(&counts, &starts)?;
     let lengths = ways(&counts, first);
     let keys: Vec<Option<f64>> =
         planar.iter().map(|p| lengths.get(&cell(p)).map(|l| *l as f64 * 0.1 * size)).collect();
@@ -75,14 +75,16 @@ fn arc_lengths(
     (n_reached as f64 >= MIN_REACHED * planar.len() as f64).then_some(keys)
 }
 
-/// Of the cells of an end, the one farthest from all others: the end's own end.
-fn farthest(counts: &BTreeMap<(i64, i64), usize>, starts: &BTreeSet<(i64, i64)>) -> Option<(i64, i64)> {
-    let others: Vec<(i64, i64)> = counts.keys().filter(|c| !starts.contains(c)).copied().collect();
-    let n = others.len().max(1) as i64;
-    let middle = others.iter().fold((0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
-    let middle = (middle.0 / n, middle.1 / n);
-    let off = |c: &(i64, i64)| (c.0 - middle.0).pow(2) + (c.1 - middle.1).pow(2);
-    starts.iter().max_by_key(|c| (off(c), **c)).copied()
+/// The end of the profile that is in `starts`. Not their cell that is farthest from all others: where the profile turns
+/// back on itself, as around a bead, that may be the corner at which the first face ends.
+fn outer_end(counts: &BTreeMap<(i64, i64), usize>, starts: &BTreeSet<(i64, i64)>) -> Option<(i64, i64)> {
+    let last = |from: (i64, i64)| ways(counts, from).into_iter().max_by_key(|(at, l)| (*l, *at)).map(|w| w.0);
+    let one = last(*starts.first()?)?;
+    let other = last(one)?;
+    // Seen from the far end, the first face ends where the ways are longest.
+    let far = if starts.contains(&one) { other } else { one };
+    let lengths = ways(counts, far);
+    starts.iter().filter_map(|c| Some((*lengths.get(c)?, *c))).max().map(|longest| longest.1)
 }
 
 /// Shortest ways from `first` over neighbouring cells, in tenths of a cell.
@@ -172,4 +174,29 @@ fn is_thin(field: &Field, planar: &[Vector2<f64>], means: &[Mean]) -> bool {
     let sigma = field.weights.distance_sigma;
     let sum: f64 = planar.iter().map(|p| place_on(means, p).0.min((CLIP * sigma).powi(2))).sum();
     means.len() >= MIN_MEANS && sum < (MAX_SIGMAS * sigma).powi(2) * planar.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_profile_of_a_bead_begins_at_the_far_end_of_the_face_below_it() {
+        // From the left along the floor, up the wall and back over the bead: the corner, not the end of the floor, is
+        // farthest from the middle of the rest.
+        let floor = (0..20).map(|x| (x, 0));
+        let wall = (0..12).map(|y| (19, y));
+        let bead = (2..19).rev().map(|x| (x, 11));
+        let counts: BTreeMap<(i64, i64), usize> =
+            floor.clone().chain(wall).chain(bead).map(|cell| (cell, 1)).collect();
+        for first_seen in [0, 8, 14] {
+            let starts = floor.clone().skip(first_seen).collect();
+            let seen: BTreeMap<(i64, i64), usize> = counts
+                .iter()
+                .filter(|(c, _)| c.1 > 0 || c.0 >= first_seen as i64)
+                .map(|(c, n)| (*c, *n))
+                .collect();
+            assert_eq!(outer_end(&seen, &starts), Some((first_seen as i64, 0)));
+        }
+    }
 }
