@@ -250,8 +250,11 @@ pub fn histograms(spheres: &[Vec<f64>], tori: &[Vec<f64>]) -> Figure {
     Figure::of_charts(1, [560.0, 340.0], vec![chart])
 }
 
+/// A class, with histograms of complete and of partial models.
+pub type Histograms<'a> = (&'a str, Vec<Vec<f64>>, Vec<Vec<f64>>);
+
 /// Distributions of distances of some complete and partial models of each class.
-pub fn distances(classes: &[(&str, Vec<Vec<f64>>, Vec<Vec<f64>>)]) -> Figure {
+pub fn distances(classes: &[Histograms]) -> Figure {
     let width = D2_REACH / D2_BINS as f64;
     let shares = classes.iter().flat_map(|class| class.1.iter().chain(&class.2)).flatten();
     let highest = 100.0 * shares.fold(0.0, |highest: f64, share| highest.max(*share));

@@ -351,8 +351,7 @@ impl Series {
             );
         }
         if matches!(self.mark, Mark::Dots | Mark::DottedLine) {
-            // A line without length, with round ends, is a dot in few letters.
-            let dots: String = at.iter().map(|[x, y]| format!("M{x:.1} {y:.1}h0")).collect();
+            let dots = dots(&at);
             let _ = writeln!(
                 svg,
                 "<path d=\"{dots}\" stroke=\"{color}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-opacity=\"0.85\"/>",
@@ -360,6 +359,11 @@ impl Series {
             );
         }
     }
+}
+
+/// A line without length, with round ends, is a dot in few letters.
+fn dots(places: &[[f64; 2]]) -> String {
+    places.iter().map(|[x, y]| format!("M{x:.1} {y:.1}h0")).collect::<Vec<_>>().concat()
 }
 
 impl Sphere {
@@ -379,6 +383,7 @@ impl Sphere {
             let size = if is_front { 4.4 } else { 3.6 };
             for (k, color) in HEAT.iter().enumerate() {
                 let seen = self.points.iter().filter(|(v, heat)| *heat == k && (v.z >= 0.0) == is_front);
+                // Of a plane's normals, which all fall on one spot, one is enough.
                 let mut places: Vec<[i64; 2]> =
                     seen.map(|(v, _)| place(v).map(|at| (10.0 * at).round() as i64)).collect();
                 places.sort_unstable();
@@ -386,10 +391,8 @@ impl Sphere {
                 if places.is_empty() {
                     continue;
                 }
-                let dots: String = places
-                    .iter()
-                    .map(|[x, y]| format!("M{:.1} {:.1}h0", *x as f64 / 10.0, *y as f64 / 10.0))
-                    .collect();
+                let places: Vec<[f64; 2]> = places.iter().map(|at| at.map(|at| at as f64 / 10.0)).collect();
+                let dots = dots(&places);
                 let _ = writeln!(
                     svg,
                     "<path d=\"{dots}\" stroke=\"{color}\" stroke-width=\"{size}\" stroke-linecap=\"round\" \

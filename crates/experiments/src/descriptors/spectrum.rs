@@ -19,6 +19,9 @@ use scanwright::random::Rng;
 
 use super::SEED;
 
+/// Row, column and value.
+type Entry = Triplet<usize, usize, f64>;
+
 /// Eigenvalues of the descriptor, beside the zero of constant functions.
 const N_VALUES: usize = 20;
 /// Vectors that are iterated. The error shrinks by the ratio of the last wanted eigenvalue to the last of the block,
@@ -61,7 +64,7 @@ pub fn spectrum(mesh: &Mesh) -> Option<Vec<f64>> {
 
 /// `area M^-1/2 K M^-1/2` of the stiffness `K` and the masses `M` of the vertices that have one: its size and entries,
 /// of which those at one place add up.
-fn normalized_laplacian(mesh: &Mesh) -> Option<(usize, Vec<Triplet<usize, usize, f64>>)> {
+fn normalized_laplacian(mesh: &Mesh) -> Option<(usize, Vec<Entry>)> {
     let area = mesh.total_area();
     if area <= 0.0 {
         return None;
