@@ -10,15 +10,12 @@ pub fn recognition(table: &Table) -> Figure {
     let ways = ["rules alone", "Gsh+s with SVM alone", "rules, then SVM", "ours, by fitted surfaces"];
     let wrong = |way: &&str| table.numbers(way).iter().map(|right| 100.0 - right).collect::<Vec<_>>();
     let series: Vec<(&str, Vec<f64>)> = ways.iter().map(|way| (*way, wrong(way))).collect();
-    let mut chart = Chart::bars(
+    let chart = Chart::bars(
         "Models named wrong",
         &groups,
         Axis::linear("models named wrong, %", [0.0, 18.0]),
         &series,
     );
-    for ((_, words), value) in chart.notes.iter_mut().zip(series.iter().flat_map(|s| &s.1)) {
-        *words = format!("{value:.1}");
-    }
     Figure::of_charts(1, [760.0, 340.0], vec![chart])
 }
 
@@ -26,18 +23,21 @@ pub fn recognition(table: &Table) -> Figure {
 pub fn descriptors(table: &Table) -> Figure {
     let names = table.column("descriptor");
     let half = names.len() / 2;
-    let groups: Vec<String> = names[..half].iter().map(|name| name.replace(", ", ",\n")).collect();
+    let groups: Vec<String> = names[..half]
+        .iter()
+        .map(|name| name.replace(", by", "\nby").replace(", ", ",\n").replace(" surfaces", "\nsurfaces"))
+        .collect();
     let y = || Axis::linear("named right, %", [0.0, 105.0]);
     let all = table.numbers("all");
     let halves = [("complete models", all[..half].to_vec()), ("partial models", all[half..].to_vec())];
-    let mut charts = vec![Chart::bars("All types", &groups, y(), &halves)];
+    let mut charts = vec![Chart::bars("all types", &groups, y(), &halves)];
     for kind in ["plane", "cylinder", "cone", "sphere", "torus"] {
         let values = table.numbers(kind);
         let halves =
             [("complete models", values[..half].to_vec()), ("partial models", values[half..].to_vec())];
         charts.push(Chart::bars(kind, &groups, y(), &halves));
     }
-    Figure::of_charts(2, [520.0, 250.0], charts)
+    Figure::of_charts(2, [570.0, 270.0], charts)
 }
 
 /// Shares named right by the number of edges, a panel per kind of model.

@@ -167,7 +167,8 @@ impl Chart {
             let offset = width * (k as f64 - 0.5 * (series.len() - 1) as f64);
             let points: Vec<[f64; 2]> =
                 values.iter().enumerate().map(|(group, value)| [group as f64 + offset, *value]).collect();
-            chart.notes.extend(points.iter().map(|point| (*point, format!("{:.0}", point[1]))));
+            let words = |value: f64| format!("{value:.1}").trim_end_matches(".0").to_owned();
+            chart.notes.extend(points.iter().map(|point| (*point, words(point[1]))));
             let mark = Mark::Bars(0.92 * width);
             chart.series.push(Series { name: (*name).to_owned(), color: k, mark, points });
         }
