@@ -2,46 +2,51 @@
 
 use std::path::Path;
 
-use scanwright::fit::{Samples, Weights};
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::stats;
 use scanwright::par;
 use scanwright::recognize::gauss::{
     Accumulator, Cells, Example, Fold, GaussImage, N_CELLS, Rules, Voting, cross_validated,
 };
-use scanwright::recognize::{Limits, choose};
-use scanwright::surface::SurfaceKind;
 
 use crate::models::{all, example, faithful, of_class};
+use crate::pictures;
+use crate::recognizers::{N_FOLDS, by_fold, by_rules, by_surfaces};
 use crate::table::{Table, percent};
-
-/// Folds of every cross-validation.
-const N_FOLDS: u32 = 10;
 
 /// Figure 2.17: skewness of 100 spheres and 100 tori, by the area and by the number of triangles.
 pub fn skewness(folder: &Path) -> anyhow::Result<Table> {
     let mut table =
         Table::new(&["models", "triangulation", "votes", "least", "median", "greatest", "above 1.5"]);
+    let mut panels: Vec<(String, Vec<f64>, Vec<f64>)> = Vec::new();
     for class in [Class::Sphere, Class::Torus] {
         for triangulation in [Triangulation::Grid, Triangulation::Isotropic] {
             let models = all(&of_class(&faithful(false, triangulation, 32), class, 100));
+            let triangulation = format!("{triangulation:?}").to_lowercase();
             for (voting, votes) in [(Voting::Area, "area"), (Voting::Count, "count")] {
-                let mut values: Vec<f64> = models.iter().map(|m| accumulator(m, voting).skewness()).collect();
+                let values: Vec<f64> = models.iter().map(|m| accumulator(m, voting).skewness()).collect();
                 let n_above = values.iter().filter(|s| **s > 1.5).count();
-                let mut at = |q| format!("{:.2}", stats::quantile(&mut values, q).unwrap_or(f64::NAN));
+                let mut sorted = values.clone();
+                let mut at = |q| format!("{:.2}", stats::quantile(&mut sorted, q).unwrap_or(f64::NAN));
                 table.row(vec![
                     format!("100 {}", if class == Class::Sphere { "spheres" } else { "tori" }),
-                    format!("{triangulation:?}").to_lowercase(),
+                    triangulation.clone(),
                     votes.to_owned(),
                     at(0.0),
                     at(0.5),
                     at(1.0),
                     n_above.to_string(),
                 ]);
+                let name = format!("{triangulation}, votes by {votes}");
+                match panels.iter_mut().find(|panel| panel.0 == name) {
+                    Some(panel) => panel.2 = values,
+                    None => panels.push((name, values, Vec::new())),
+                }
             }
         }
     }
     table.write(folder, "skewness")?;
+    pictures::skewness(&panels).write(folder, "skewness")?;
     Ok(table)
 }
 
@@ -56,15 +61,19 @@ pub fn histograms(folder: &Path) -> anyhow::Result<Table> {
     let mut columns = vec!["model"];
     columns.extend(headings.iter().map(String::as_str));
     let mut table = Table::new(&columns);
-    for class in [Class::Sphere, Class::Torus] {
-        for model in all(&of_class(&faithful(false, Triangulation::Isotropic, 64), class, 10)) {
-            let histogram = accumulator(&model, Voting::Area).descriptor().histogram;
+    let curves = [Class::Sphere, Class::Torus].map(|class| {
+        let models = all(&of_class(&faithful(false, Triangulation::Isotropic, 64), class, 10));
+        let histogram = |model: &Model| {
+            let histogram = accumulator(model, Voting::Area).descriptor().histogram;
             let mut row = vec![model.truth.name.clone()];
             row.extend(PLACES.iter().map(|p| format!("{:.2}", histogram[*p])));
             table.row(row);
-        }
-    }
+            histogram
+        };
+        models.iter().map(histogram).collect::<Vec<_>>()
+    });
     table.write(folder, "histograms")?;
+    pictures::histograms(&curves[0], &curves[1]).write(folder, "histograms")?;
     Ok(table)
 }
 
@@ -85,19 +94,16 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
             let cells = Cells::new(N_CELLS);
             let examples: Vec<Example> = models.iter().filter_map(|m| example(m, &cells, true)).collect();
             let by_svm = by_fold(&examples)?;
-            let rules = Rules::default();
             let (mut rules_right, mut svm_right, mut both_right, mut n_certain) = (0, 0, 0, 0);
-            let ours = par::map(&models, by_surfaces);
+            let ours = par::map(&models, |m| by_surfaces(m, m.normals.clone()));
             let ours_right =
                 models.iter().zip(&ours).filter(|(m, kind)| m.truth.class.kind() == **kind).count();
             for (model, svm) in models.iter().zip(by_svm) {
                 let truth = model.truth.class.kind();
-                let verdict = rules.recognize(&GaussImage::of_mesh(&model.mesh));
-                let by_rules = verdict.map(|v| v.kind);
-                let certain = verdict.is_some_and(|v| v.certain);
-                rules_right += usize::from(by_rules == truth);
+                let (rules, certain) = by_rules(model);
+                rules_right += usize::from(rules == truth);
                 svm_right += usize::from(svm == truth);
-                both_right += usize::from((if certain { by_rules } else { svm }) == truth);
+                both_right += usize::from((if certain { rules } else { svm }) == truth);
                 n_certain += usize::from(certain);
             }
             let n = models.len();
@@ -114,26 +120,6 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
     }
     table.write(folder, "recognition")?;
     Ok(table)
-}
-
-/// The product's choice among fitted surfaces, told that the model is a scan with hardly any noise.
-fn by_surfaces(model: &Model) -> Option<SurfaceKind> {
-    const N_SAMPLES: usize = 400;
-    let edge = model.truth.edge;
-    // The floor of the noise, and the limits that follow from the spacing, are those of `segment::Field`.
-    let sigma = 0.08 * edge;
-    let weights = Weights { distance_sigma: sigma, normal_sigma: 0.1, normal_weight: 0.5 };
-    let limits =
-        Limits { min_radius: 1.6 * edge, min_taper: 0.7 * edge, min_departure: 1.5 * sigma, min_tilt: 0.1 };
-    let all = Samples { points: model.mesh.vertices.clone(), normals: model.normals.clone() };
-    choose(&all.thinned(N_SAMPLES), all.points.len(), &weights, &limits, None).map(|c| c.fit.surface.kind())
-}
-
-/// What a classifier that has not seen an example's group says, for each.
-fn by_fold(examples: &[Example]) -> anyhow::Result<Vec<Option<SurfaceKind>>> {
-    let folds = cross_validated(examples, N_FOLDS)?;
-    let mut next: Vec<_> = folds.iter().map(|fold| fold.answers.iter()).collect();
-    Ok(examples.iter().map(|e| next[(e.group % N_FOLDS) as usize].next().map(|answer| answer.1)).collect())
 }
 
 /// Tables 3.3 and 3.5: accuracy with and without the skewness, and by the number of cells.

@@ -1,30 +1,112 @@
 //! The thesis's experiments on recognition and parameters, run again on generated data.
 //!
 //! `experiments list` names them; `experiments run NAME... -o DIR` (or `all`) writes a table per experiment, as CSV and as
-//! Markdown. `docs/experiments.md` shows them.
+//! Markdown, and a picture; `experiments draw -o DIR` draws pictures again from the tables there. `docs/experiments.md`
+//! shows them.
 
+mod comparison;
+mod descriptors;
+mod gallery;
 mod gauss;
 mod models;
 mod parameters;
+mod pictures;
+mod plot;
+mod recognizers;
+mod robustness;
 mod table;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
 
+use plot::Figure;
 use table::Table;
 
-/// A name, what it reproduces, and how.
-type Experiment = (&'static str, &'static str, fn(&Path) -> anyhow::Result<Table>);
+/// One of the experiments.
+struct Experiment {
+    name: &'static str,
+    /// What it reproduces.
+    what: &'static str,
+    /// Writes its table, and a picture of what the table does not hold.
+    run: fn(&Path) -> anyhow::Result<Table>,
+    /// A picture of the table; `None` where `run` draws it.
+    draw: Option<fn(&Table) -> Figure>,
+}
 
-const EXPERIMENTS: [Experiment; 7] = [
-    ("skewness", "figure 2.17: skewness of 100 spheres and 100 tori", gauss::skewness),
-    ("histograms", "figure 2.18: sorted histograms of 10 spheres and 10 tori", gauss::histograms),
-    ("statistics", "table 3.1, in its shape: what the rules look at, by class", gauss::statistics),
-    ("recognition", "rules, classifier, and both; by triangulation", gauss::recognition),
-    ("folds", "table 3.4: C and gamma of each fold", gauss::folds),
-    ("cells", "tables 3.3 and 3.5: number of cells, with and without skewness", gauss::cells),
-    ("sizes", "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us", parameters::sizes),
+const EXPERIMENTS: [Experiment; 12] = [
+    Experiment {
+        name: "gallery",
+        what: "normals of one complete and one partial model per type on the Gaussian sphere",
+        run: gallery::gallery,
+        draw: None,
+    },
+    Experiment {
+        name: "skewness",
+        what: "figure 2.17: skewness of 100 spheres and 100 tori",
+        run: gauss::skewness,
+        draw: None,
+    },
+    Experiment {
+        name: "histograms",
+        what: "figure 2.18: sorted histograms of 10 spheres and 10 tori",
+        run: gauss::histograms,
+        draw: None,
+    },
+    Experiment {
+        name: "statistics",
+        what: "table 3.1, in its shape: what the rules look at, by class",
+        run: gauss::statistics,
+        draw: Some(pictures::statistics),
+    },
+    Experiment {
+        name: "recognition",
+        what: "rules, classifier, and both; by triangulation",
+        run: gauss::recognition,
+        draw: Some(pictures::recognition),
+    },
+    Experiment {
+        name: "descriptors",
+        what: "figures 3.19 and 3.20, in their shape: Gsh+s beside D2, Laplacian spectrum and surflet pairs",
+        run: comparison::descriptors,
+        draw: Some(pictures::descriptors),
+    },
+    Experiment {
+        name: "d2-partial",
+        what: "D2 on partial models, by type",
+        run: comparison::d2_partial,
+        draw: None,
+    },
+    Experiment {
+        name: "decimation",
+        what: "recognition by number of triangles and triangulation",
+        run: robustness::decimation,
+        draw: Some(pictures::decimation),
+    },
+    Experiment {
+        name: "half-angle",
+        what: "recognition of slender cones and short arcs",
+        run: robustness::half_angle,
+        draw: Some(pictures::half_angle),
+    },
+    Experiment {
+        name: "folds",
+        what: "table 3.4: C and gamma of each fold",
+        run: gauss::folds,
+        draw: Some(pictures::folds),
+    },
+    Experiment {
+        name: "cells",
+        what: "tables 3.3 and 3.5: number of cells, with and without skewness",
+        run: gauss::cells,
+        draw: Some(pictures::cells),
+    },
+    Experiment {
+        name: "sizes",
+        what: "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us",
+        run: parameters::sizes,
+        draw: Some(pictures::sizes),
+    },
 ];
 
 /// The thesis's experiments, on generated data.
@@ -43,7 +125,13 @@ enum Verb {
         /// Their names
         #[arg(required = true)]
         names: Vec<String>,
-        /// Where tables go
+        /// Where tables and pictures go
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+    },
+    /// Draw the pictures of tables again
+    Draw {
+        /// Where the tables are, and the pictures go
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
@@ -52,20 +140,38 @@ enum Verb {
 fn main() -> anyhow::Result<()> {
     match Cli::parse().verb {
         Verb::List => {
-            for (name, what, _) in EXPERIMENTS {
-                println!("{name:12} {what}");
+            for experiment in &EXPERIMENTS {
+                println!("{:12} {}", experiment.name, experiment.what);
+            }
+            Ok(())
+        }
+        Verb::Run { names, output } => run(&names, &output),
+        Verb::Draw { output } => draw(&output),
+    }
+}
+
+fn run(names: &[String], output: &Path) -> anyhow::Result<()> {
+    let is_known = |name: &String| name == "all" || EXPERIMENTS.iter().any(|e| e.name == name);
+    if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
+        anyhow::bail!("there is no experiment `{unknown}`; `list` names them");
+    }
+    for Experiment { name, what, run, draw } in &EXPERIMENTS {
+        if names.iter().any(|n| n == "all" || n == name) {
+            let table = run(output)?;
+            println!("{name}: {what}\n\n{}", table.markdown());
+            if let Some(draw) = draw {
+                draw(&table).write(output, name)?;
             }
         }
-        Verb::Run { names, output } => {
-            let is_known = |name: &String| name == "all" || EXPERIMENTS.iter().any(|e| e.0 == name);
-            if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
-                anyhow::bail!("there is no experiment `{unknown}`; `list` names them");
-            }
-            for (name, what, run) in EXPERIMENTS {
-                if names.iter().any(|n| n == "all" || n == name) {
-                    println!("{name}: {what}\n\n{}", run(&output)?.markdown());
-                }
-            }
+    }
+    Ok(())
+}
+
+fn draw(output: &Path) -> anyhow::Result<()> {
+    for Experiment { name, draw, .. } in &EXPERIMENTS {
+        let Some(draw) = draw else { continue };
+        if output.join(name).with_extension("csv").exists() {
+            draw(&Table::read(output, name)?).write(output, name)?;
         }
     }
     Ok(())
