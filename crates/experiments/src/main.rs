@@ -10,6 +10,7 @@ mod gallery;
 mod gauss;
 mod models;
 mod parameters;
+mod part_to_cad;
 mod pictures;
 mod plot;
 mod recognizers;
@@ -34,7 +35,7 @@ struct Experiment {
     draw: Option<fn(&Table) -> Figure>,
 }
 
-const EXPERIMENTS: [Experiment; 12] = [
+const EXPERIMENTS: [Experiment; 13] = [
     Experiment {
         name: "gallery",
         what: "normals of one complete and one partial model per type on the Gaussian sphere",
@@ -106,6 +107,12 @@ const EXPERIMENTS: [Experiment; 12] = [
         what: "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us",
         run: parameters::sizes,
         draw: Some(pictures::sizes),
+    },
+    Experiment {
+        name: "part-to-cad",
+        what: "Part-to-CAD with its errors on the example scan, and our default",
+        run: part_to_cad::part_to_cad,
+        draw: None,
     },
 ];
 
