@@ -1,7 +1,5 @@
 //! The Gaussian sphere: skewness, sorted histograms, rules and classifier.
 
-use std::path::Path;
-
 use scanwright::fit::{Samples, Weights};
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::stats;
@@ -12,6 +10,7 @@ use scanwright::recognize::gauss::{
 use scanwright::recognize::{Limits, choose};
 use scanwright::surface::SurfaceKind;
 
+use crate::Context;
 use crate::models::{all, example, faithful, of_class};
 use crate::table::{Table, percent};
 
@@ -19,7 +18,7 @@ use crate::table::{Table, percent};
 const N_FOLDS: u32 = 10;
 
 /// Figure 2.17: skewness of 100 spheres and 100 tori, by the area and by the number of triangles.
-pub fn skewness(folder: &Path) -> anyhow::Result<Table> {
+pub fn skewness(context: &Context) -> anyhow::Result<Table> {
     let mut table =
         Table::new(&["models", "triangulation", "votes", "least", "median", "greatest", "above 1.5"]);
     for class in [Class::Sphere, Class::Torus] {
@@ -41,7 +40,7 @@ pub fn skewness(folder: &Path) -> anyhow::Result<Table> {
             }
         }
     }
-    table.write(folder, "skewness")?;
+    table.write(&context.output, "skewness")?;
     Ok(table)
 }
 
@@ -50,7 +49,7 @@ fn accumulator(model: &Model, voting: Voting) -> Accumulator {
 }
 
 /// Figure 2.18: sorted histograms of 10 spheres and 10 tori.
-pub fn histograms(folder: &Path) -> anyhow::Result<Table> {
+pub fn histograms(context: &Context) -> anyhow::Result<Table> {
     const PLACES: [usize; 7] = [0, 4, 19, 49, 99, 149, 201];
     let headings: Vec<String> = PLACES.iter().map(|p| format!("{}.", p + 1)).collect();
     let mut columns = vec!["model"];
@@ -64,12 +63,12 @@ pub fn histograms(folder: &Path) -> anyhow::Result<Table> {
             table.row(row);
         }
     }
-    table.write(folder, "histograms")?;
+    table.write(&context.output, "histograms")?;
     Ok(table)
 }
 
 /// How models are named, and how many of them right.
-pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
+pub fn recognition(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&[
         "models",
         "n",
@@ -112,7 +111,7 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
             ]);
         }
     }
-    table.write(folder, "recognition")?;
+    table.write(&context.output, "recognition")?;
     Ok(table)
 }
 
@@ -137,7 +136,7 @@ fn by_fold(examples: &[Example]) -> anyhow::Result<Vec<Option<SurfaceKind>>> {
 }
 
 /// Tables 3.3 and 3.5: accuracy with and without the skewness, and by the number of cells.
-pub fn cells(folder: &Path) -> anyhow::Result<Table> {
+pub fn cells(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&["cells", "with skewness", "without"]);
     let of = |partial, class| all(&of_class(&faithful(partial, Triangulation::Isotropic, 32), class, 100));
     let halves = [false, true].map(|partial| Class::PRIMITIVES.map(|class| of(partial, class)).concat());
@@ -155,7 +154,7 @@ pub fn cells(folder: &Path) -> anyhow::Result<Table> {
         };
         table.row(vec![n.to_string(), accuracy(true)?, accuracy(false)?]);
     }
-    table.write(folder, "cells")?;
+    table.write(&context.output, "cells")?;
     Ok(table)
 }
 
@@ -164,7 +163,7 @@ fn n_right(folds: &[Fold]) -> usize {
 }
 
 /// Table 3.4: the best `C` and `gamma` of each fold.
-pub fn folds(folder: &Path) -> anyhow::Result<Table> {
+pub fn folds(context: &Context) -> anyhow::Result<Table> {
     let cells = Cells::new(N_CELLS);
     let models = all(&faithful(false, Triangulation::Isotropic, 32));
     let examples: Vec<Example> = models.iter().filter_map(|m| example(m, &cells, true)).collect();
@@ -177,12 +176,12 @@ pub fn folds(folder: &Path) -> anyhow::Result<Table> {
             format!("{:.1} %", 100.0 * fold.accuracy),
         ]);
     }
-    table.write(folder, "folds")?;
+    table.write(&context.output, "folds")?;
     Ok(table)
 }
 
 /// Table 3.1, in its shape: least, mean and greatest of what the rules look at, by class.
-pub fn statistics(folder: &Path) -> anyhow::Result<Table> {
+pub fn statistics(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&["class", "offset", "flatness", "spread, degrees", "skewness"]);
     for (partial, name) in [(false, "complete"), (true, "partial")] {
         for class in Class::PRIMITIVES {
@@ -206,6 +205,6 @@ pub fn statistics(folder: &Path) -> anyhow::Result<Table> {
             ]);
         }
     }
-    table.write(folder, "statistics")?;
+    table.write(&context.output, "statistics")?;
     Ok(table)
 }
