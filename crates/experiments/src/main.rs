@@ -7,6 +7,7 @@ mod bodies;
 mod denoising;
 mod gauss;
 mod models;
+mod outliers;
 mod parameters;
 mod table;
 
@@ -27,7 +28,7 @@ pub struct Context {
 /// A name, what it reproduces, and how.
 type Experiment = (&'static str, &'static str, fn(&Context) -> anyhow::Result<Table>);
 
-const EXPERIMENTS: [Experiment; 8] = [
+const EXPERIMENTS: [Experiment; 9] = [
     ("denoising", "figures 3.2 to 3.7: error of the normals by method and noise", denoising::denoising),
     ("skewness", "figure 2.17: skewness of 100 spheres and 100 tori", gauss::skewness),
     ("histograms", "figure 2.18: sorted histograms of 10 spheres and 10 tori", gauss::histograms),
@@ -35,6 +36,7 @@ const EXPERIMENTS: [Experiment; 8] = [
     ("recognition", "rules, classifier, and both; by triangulation", gauss::recognition),
     ("folds", "table 3.4: C and gamma of each fold", gauss::folds),
     ("cells", "tables 3.3 and 3.5: number of cells, with and without skewness", gauss::cells),
+    ("outliers", "types by the rules, with and without the removal of outlying normals", outliers::outliers),
     ("sizes", "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us", parameters::sizes),
 ];
 
