@@ -1,13 +1,12 @@
 //! Descriptors against one another, by the same classifier.
 
-use std::path::Path;
-
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::mesh::Mesh;
 use scanwright::par;
 use scanwright::recognize::gauss::{Cells, Example, N_CELLS};
 use scanwright::surface::SurfaceKind;
 
+use crate::Context;
 use crate::descriptors::{d2, spectrum, surflets};
 use crate::models::{all, example, faithful, of_class};
 use crate::pictures;
@@ -31,7 +30,7 @@ fn with_values(model: &Model, descriptor: fn(&Mesh) -> Option<Vec<f64>>) -> Opti
 }
 
 /// Figures 3.19 and 3.20, in their shape: share named right in a cross-validation, by descriptor and type.
-pub fn descriptors(folder: &Path) -> anyhow::Result<Table> {
+pub fn descriptors(context: &Context) -> anyhow::Result<Table> {
     let mut headings = vec!["models", "descriptor", "all"];
     headings.extend(SurfaceKind::ALL.map(SurfaceKind::name));
     let mut table = Table::new(&headings);
@@ -62,7 +61,7 @@ pub fn descriptors(folder: &Path) -> anyhow::Result<Table> {
         }
         row("ours, by fitted surfaces", &par::map(&models, |m| by_surfaces(m, m.normals.clone())));
     }
-    table.write(folder, "descriptors")?;
+    table.write(&context.output, "descriptors")?;
     Ok(table)
 }
 
@@ -78,7 +77,7 @@ fn answers(
 
 /// D2 on partial models, as the thesis shows it: what is named right of each type, and as what partial models are named.
 /// The picture shows distributions of some of them.
-pub fn d2_partial(folder: &Path) -> anyhow::Result<Table> {
+pub fn d2_partial(context: &Context) -> anyhow::Result<Table> {
     let named = SurfaceKind::ALL.map(|kind| format!("partial named {}", kind.name()));
     let mut headings = vec!["type", "complete named right", "partial named right"];
     headings.extend(named.iter().map(String::as_str));
@@ -98,7 +97,7 @@ pub fn d2_partial(folder: &Path) -> anyhow::Result<Table> {
         row.extend(SurfaceKind::ALL.map(|named| share(&partial, &of_partial, named)));
         table.row(row);
     }
-    table.write(folder, "d2-partial")?;
+    table.write(&context.output, "d2-partial")?;
     let curves = Class::PRIMITIVES.map(|class| {
         let some = |partial, n| {
             let models = all(&of_class(&faithful(partial, Triangulation::Isotropic, 32), class, n));
@@ -106,6 +105,6 @@ pub fn d2_partial(folder: &Path) -> anyhow::Result<Table> {
         };
         (class.name(), some(false, 5), if class == Class::Plane { Vec::new() } else { some(true, 5) })
     });
-    pictures::distances(&curves).write(folder, "d2-partial")?;
+    pictures::distances(&curves).write(&context.output, "d2-partial")?;
     Ok(table)
 }

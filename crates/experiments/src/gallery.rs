@@ -1,12 +1,11 @@
 //! The Gaussian sphere of one complete and one partial model of each type.
 
-use std::path::Path;
-
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::{Frame, Point3, UnitVec3, Vec3};
 use scanwright::random::Rng;
 use scanwright::recognize::gauss::{Accumulator, Cells, GaussImage, N_CELLS, Rules, Voting};
 
+use crate::Context;
 use crate::models::{all, faithful, of_class};
 use crate::plot::{Figure, HEAT, Panel, Sphere};
 use crate::table::Table;
@@ -19,7 +18,7 @@ const N_DRAWN: usize = 300;
 const TILT_DEG: f64 = 25.0;
 
 /// What the rules see of each model; the picture shows its normals.
-pub fn gallery(folder: &Path) -> anyhow::Result<Table> {
+pub fn gallery(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&["model", "offset", "flatness", "spread, degrees", "skewness", "rules say"]);
     let mut panels = Vec::new();
     for partial in [false, true] {
@@ -49,13 +48,13 @@ pub fn gallery(folder: &Path) -> anyhow::Result<Table> {
             panels.push(Panel::Sphere(sphere(&model, name)));
         }
     }
-    table.write(folder, "gallery")?;
+    table.write(&context.output, "gallery")?;
     let up_to = HEAT_LIMITS.map(|limit| format!("{limit}"));
     let names = up_to.into_iter().chain(["more".to_owned()]).enumerate();
     let names =
         names.map(|(k, name)| if k == 0 { format!("votes over their mean: up to {name}") } else { name });
     let legend = names.zip(HEAT).collect();
-    Figure { panels, columns: 5, size: [200.0, 220.0], legend }.write(folder, "gallery")?;
+    Figure { panels, columns: 5, size: [200.0, 220.0], legend }.write(&context.output, "gallery")?;
     Ok(table)
 }
 

@@ -1,7 +1,5 @@
 //! The Gaussian sphere: skewness, sorted histograms, rules and classifier.
 
-use std::path::Path;
-
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::stats;
 use scanwright::par;
@@ -9,13 +7,14 @@ use scanwright::recognize::gauss::{
     Accumulator, Cells, Example, Fold, GaussImage, N_CELLS, Rules, Voting, cross_validated,
 };
 
+use crate::Context;
 use crate::models::{all, example, faithful, of_class};
 use crate::pictures;
 use crate::recognizers::{N_FOLDS, by_fold, by_rules, by_surfaces};
 use crate::table::{Table, percent};
 
 /// Figure 2.17: skewness of 100 spheres and 100 tori, by the area and by the number of triangles.
-pub fn skewness(folder: &Path) -> anyhow::Result<Table> {
+pub fn skewness(context: &Context) -> anyhow::Result<Table> {
     let mut table =
         Table::new(&["models", "triangulation", "votes", "least", "median", "greatest", "above 1.5"]);
     let mut panels: Vec<(String, Vec<f64>, Vec<f64>)> = Vec::new();
@@ -45,8 +44,8 @@ pub fn skewness(folder: &Path) -> anyhow::Result<Table> {
             }
         }
     }
-    table.write(folder, "skewness")?;
-    pictures::skewness(&panels).write(folder, "skewness")?;
+    table.write(&context.output, "skewness")?;
+    pictures::skewness(&panels).write(&context.output, "skewness")?;
     Ok(table)
 }
 
@@ -55,7 +54,7 @@ fn accumulator(model: &Model, voting: Voting) -> Accumulator {
 }
 
 /// Figure 2.18: sorted histograms of 10 spheres and 10 tori.
-pub fn histograms(folder: &Path) -> anyhow::Result<Table> {
+pub fn histograms(context: &Context) -> anyhow::Result<Table> {
     const PLACES: [usize; 7] = [0, 4, 19, 49, 99, 149, 201];
     let headings: Vec<String> = PLACES.iter().map(|p| format!("{}.", p + 1)).collect();
     let mut columns = vec!["model"];
@@ -72,13 +71,13 @@ pub fn histograms(folder: &Path) -> anyhow::Result<Table> {
         };
         models.iter().map(histogram).collect::<Vec<_>>()
     });
-    table.write(folder, "histograms")?;
-    pictures::histograms(&curves[0], &curves[1]).write(folder, "histograms")?;
+    table.write(&context.output, "histograms")?;
+    pictures::histograms(&curves[0], &curves[1]).write(&context.output, "histograms")?;
     Ok(table)
 }
 
 /// How models are named, and how many of them right.
-pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
+pub fn recognition(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&[
         "models",
         "n",
@@ -118,12 +117,12 @@ pub fn recognition(folder: &Path) -> anyhow::Result<Table> {
             ]);
         }
     }
-    table.write(folder, "recognition")?;
+    table.write(&context.output, "recognition")?;
     Ok(table)
 }
 
 /// Tables 3.3 and 3.5: accuracy with and without the skewness, and by the number of cells.
-pub fn cells(folder: &Path) -> anyhow::Result<Table> {
+pub fn cells(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&["cells", "with skewness", "without"]);
     let of = |partial, class| all(&of_class(&faithful(partial, Triangulation::Isotropic, 32), class, 100));
     let halves = [false, true].map(|partial| Class::PRIMITIVES.map(|class| of(partial, class)).concat());
@@ -141,7 +140,7 @@ pub fn cells(folder: &Path) -> anyhow::Result<Table> {
         };
         table.row(vec![n.to_string(), accuracy(true)?, accuracy(false)?]);
     }
-    table.write(folder, "cells")?;
+    table.write(&context.output, "cells")?;
     Ok(table)
 }
 
@@ -150,7 +149,7 @@ fn n_right(folds: &[Fold]) -> usize {
 }
 
 /// Table 3.4: the best `C` and `gamma` of each fold.
-pub fn folds(folder: &Path) -> anyhow::Result<Table> {
+pub fn folds(context: &Context) -> anyhow::Result<Table> {
     let cells = Cells::new(N_CELLS);
     let models = all(&faithful(false, Triangulation::Isotropic, 32));
     let examples: Vec<Example> = models.iter().filter_map(|m| example(m, &cells, true)).collect();
@@ -163,12 +162,12 @@ pub fn folds(folder: &Path) -> anyhow::Result<Table> {
             format!("{:.1} %", 100.0 * fold.accuracy),
         ]);
     }
-    table.write(folder, "folds")?;
+    table.write(&context.output, "folds")?;
     Ok(table)
 }
 
 /// Table 3.1, in its shape: least, mean and greatest of what the rules look at, by class.
-pub fn statistics(folder: &Path) -> anyhow::Result<Table> {
+pub fn statistics(context: &Context) -> anyhow::Result<Table> {
     let mut table = Table::new(&["class", "offset", "flatness", "spread, degrees", "skewness"]);
     for (partial, name) in [(false, "complete"), (true, "partial")] {
         for class in Class::PRIMITIVES {
@@ -192,6 +191,6 @@ pub fn statistics(folder: &Path) -> anyhow::Result<Table> {
             ]);
         }
     }
-    table.write(folder, "statistics")?;
+    table.write(&context.output, "statistics")?;
     Ok(table)
 }

@@ -1,14 +1,17 @@
-//! The thesis's experiments on recognition and parameters, run again on generated data.
+//! The thesis's experiments on denoising, recognition and parameters, run again on generated data.
 //!
 //! `experiments list` names them; `experiments run NAME... -o DIR` (or `all`) writes a table per experiment, as CSV and as
 //! Markdown, and a picture; `experiments draw -o DIR` draws pictures again from the tables there. `docs/experiments.md`
 //! shows them.
 
+mod bodies;
 mod comparison;
+mod denoising;
 mod descriptors;
 mod gallery;
 mod gauss;
 mod models;
+mod outliers;
 mod parameters;
 mod part_to_cad;
 mod pictures;
@@ -24,18 +27,32 @@ use clap::{Parser, Subcommand};
 use plot::Figure;
 use table::Table;
 
+/// What experiments are run with.
+pub struct Context {
+    /// Where tables and pictures go.
+    output: PathBuf,
+    /// A folder with meshes that are not generated, for the experiments that take some.
+    real: Option<PathBuf>,
+}
+
 /// One of the experiments.
 struct Experiment {
     name: &'static str,
     /// What it reproduces.
     what: &'static str,
     /// Writes its table, and a picture of what the table does not hold.
-    run: fn(&Path) -> anyhow::Result<Table>,
+    run: fn(&Context) -> anyhow::Result<Table>,
     /// A picture of the table; `None` where `run` draws it.
     draw: Option<fn(&Table) -> Figure>,
 }
 
-const EXPERIMENTS: [Experiment; 13] = [
+const EXPERIMENTS: [Experiment; 15] = [
+    Experiment {
+        name: "denoising",
+        what: "figures 3.2 to 3.7: error of the normals by method and noise",
+        run: denoising::denoising,
+        draw: None,
+    },
     Experiment {
         name: "gallery",
         what: "normals of one complete and one partial model per type on the Gaussian sphere",
@@ -103,6 +120,12 @@ const EXPERIMENTS: [Experiment; 13] = [
         draw: Some(pictures::cells),
     },
     Experiment {
+        name: "outliers",
+        what: "types by the rules, with and without the removal of outlying normals",
+        run: outliers::outliers,
+        draw: None,
+    },
+    Experiment {
         name: "sizes",
         what: "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us",
         run: parameters::sizes,
@@ -135,6 +158,9 @@ enum Verb {
         /// Where tables and pictures go
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
+        /// Meshes that are not generated, for `denoising`: fandisk.obj and rocker-arm.obj
+        #[arg(long, value_name = "DIR")]
+        real: Option<PathBuf>,
     },
     /// Draw the pictures of tables again
     Draw {
@@ -152,22 +178,22 @@ fn main() -> anyhow::Result<()> {
             }
             Ok(())
         }
-        Verb::Run { names, output } => run(&names, &output),
+        Verb::Run { names, output, real } => run(&names, &Context { output, real }),
         Verb::Draw { output } => draw(&output),
     }
 }
 
-fn run(names: &[String], output: &Path) -> anyhow::Result<()> {
+fn run(names: &[String], context: &Context) -> anyhow::Result<()> {
     let is_known = |name: &String| name == "all" || EXPERIMENTS.iter().any(|e| e.name == name);
     if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
         anyhow::bail!("there is no experiment `{unknown}`; `list` names them");
     }
     for Experiment { name, what, run, draw } in &EXPERIMENTS {
         if names.iter().any(|n| n == "all" || n == name) {
-            let table = run(output)?;
+            let table = run(context)?;
             println!("{name}: {what}\n\n{}", table.markdown());
             if let Some(draw) = draw {
-                draw(&table).write(output, name)?;
+                draw(&table).write(&context.output, name)?;
             }
         }
     }

@@ -1,13 +1,12 @@
 //! Parameters of known types: PGP2X, LSGE, Attene and ours.
 
-use std::path::Path;
-
 use scanwright::fit::{FitMethod, Samples, fit_known};
 use scanwright::gprimdb::{Class, Model, Triangulation};
 use scanwright::math::stats;
 use scanwright::par;
 use scanwright::surface::Surface;
 
+use crate::Context;
 use crate::models::{all, faithful, of_class, with_noise};
 use crate::table::Table;
 
@@ -18,7 +17,7 @@ const N_SHAPES: u32 = 60;
 
 /// Figures 3.25 to 3.29 and table 3.2: error of the size of each type (radius; half-angle of cones; tube of tori), in
 /// percent, in the median; shapes without an answer in brackets.
-pub fn sizes(folder: &Path) -> anyhow::Result<Table> {
+pub fn sizes(context: &Context) -> anyhow::Result<Table> {
     let methods = FitMethod::ALL.map(FitMethod::name);
     let mut headings = vec!["models", "noise"];
     headings.extend(methods);
@@ -34,7 +33,7 @@ pub fn sizes(folder: &Path) -> anyhow::Result<Table> {
             }
         }
     }
-    table.write(folder, "sizes")?;
+    table.write(&context.output, "sizes")?;
     Ok(table)
 }
 

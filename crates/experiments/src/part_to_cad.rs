@@ -10,6 +10,7 @@ use scanwright::recognize::Primitive;
 use scanwright::recognize::gauss::Classifier;
 use scanwright::surface::{Cone, Cylinder, Plane, Surface};
 
+use crate::Context;
 use crate::table::Table;
 
 /// A face of the drawing.
@@ -48,7 +49,7 @@ fn bushing() -> Vec<Drawn> {
 }
 
 /// What both paths say of every face of the example: type, error of its size, tilt.
-pub fn part_to_cad(folder: &Path) -> anyhow::Result<Table> {
+pub fn part_to_cad(context: &Context) -> anyhow::Result<Table> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let scan = io::read_mesh_file(&root.join("examples/bushing.ply"))?;
     let text = std::fs::read_to_string(root.join("crates/scanwright-cli/models/faithful.svm"))?;
@@ -79,7 +80,7 @@ pub fn part_to_cad(folder: &Path) -> anyhow::Result<Table> {
         }
         table.row(row);
     }
-    table.write(folder, "part-to-cad")?;
+    table.write(&context.output, "part-to-cad")?;
     Ok(table)
 }
 

@@ -1,10 +1,9 @@
 //! Recognition where it gets hard: few triangles, slender cones, short arcs.
 
-use std::path::Path;
-
 use scanwright::gprimdb::{Class, Manifest, Model, Triangulation};
 use scanwright::math::stats;
 
+use crate::Context;
 use crate::models::{all, faithful, of_class};
 use crate::recognizers::{Right, count_right, trained};
 use crate::table::{Table, percent};
@@ -21,7 +20,7 @@ fn shares(right: Right) -> [String; 4] {
 
 /// Recognition of decimated models: by number of triangles and triangulation. The classifier knows isotropic triangles,
 /// 32 edges along the square root of the area, alone.
-pub fn decimation(folder: &Path) -> anyhow::Result<Table> {
+pub fn decimation(context: &Context) -> anyhow::Result<Table> {
     const PER_CLASS: u32 = 60;
     const RESOLUTIONS: [u32; 5] = [8, 12, 16, 32, 64];
     let mut table = Table::new(&[&["models", "edges", "triangles"], &WAYS[..]].concat());
@@ -45,12 +44,12 @@ pub fn decimation(folder: &Path) -> anyhow::Result<Table> {
             }
         }
     }
-    table.write(folder, "decimation")?;
+    table.write(&context.output, "decimation")?;
     Ok(table)
 }
 
 /// Recognition of slender cones and of short arcs, by their angle in degrees.
-pub fn half_angle(folder: &Path) -> anyhow::Result<Table> {
+pub fn half_angle(context: &Context) -> anyhow::Result<Table> {
     const HALF_ANGLES: [f64; 10] = [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0];
     const ARCS: [f64; 9] = [20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 270.0, 330.0];
     let mut table = Table::new(&[&["models", "degrees"], &WAYS[..]].concat());
@@ -77,7 +76,7 @@ pub fn half_angle(folder: &Path) -> anyhow::Result<Table> {
             row(&format!("{}, partial: arc", class.name()), arc, &first(&manifest, class));
         }
     }
-    table.write(folder, "half-angle")?;
+    table.write(&context.output, "half-angle")?;
     Ok(table)
 }
 

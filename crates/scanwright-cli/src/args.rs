@@ -46,6 +46,18 @@ pub struct ClassifyArgs {
     /// A classifier that `train` wrote [default: the one that comes with the program]
     #[arg(long, value_name = "FILE.svm")]
     pub model: Option<PathBuf>,
+    /// Whether normals that fit none of their neighbours are removed first
+    #[arg(long, value_enum, default_value_t = OutliersFlag::Keep)]
+    pub outliers: OutliersFlag,
+}
+
+/// `--outliers`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OutliersFlag {
+    /// Every normal counts
+    Keep,
+    /// Outliers are removed, by the running median of the thesis with our threshold
+    Remove,
 }
 
 /// Flags of `train`.
@@ -461,6 +473,8 @@ Examples:
 const CLASSIFY_EXAMPLES: &str = "\
 Examples:
   scanwright classify segment.ply
+  scanwright classify segment.ply --outliers remove
+      Without the normals that a few wild points left.
   scanwright gprimdb generate --tier hard -o hard.db
   scanwright train hard.db -o hard.svm
   scanwright classify segment.ply --model hard.svm";

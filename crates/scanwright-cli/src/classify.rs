@@ -3,10 +3,10 @@
 use std::fs;
 
 use scanwright::condition;
-use scanwright::mesh::Adjacency;
-use scanwright::recognize::gauss::{Classifier, GaussImage, Rules};
+use scanwright::mesh::{Adjacency, Mesh};
+use scanwright::recognize::gauss::{Classifier, GaussImage, OutlierSearch, Rules};
 
-use crate::args::ClassifyArgs;
+use crate::args::{ClassifyArgs, OutliersFlag};
 use crate::exit::{Code, Failure};
 use crate::scan;
 
@@ -24,11 +24,13 @@ pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
     };
     let file = scan::read(&args.segment)?;
     let mesh = condition::condition(&file.mesh).mesh;
-    let image = GaussImage::of_mesh(&mesh);
-    let rules = Rules {
-        normal_noise: condition::measure(&mesh, &Adjacency::new(&mesh)).normal_noise,
-        ..Rules::default()
+    let adjacency = Adjacency::new(&mesh);
+    let image = match args.outliers {
+        OutliersFlag::Keep => GaussImage::of_mesh(&mesh),
+        OutliersFlag::Remove => without_outliers(&mesh, &adjacency),
     };
+    let normal_noise = condition::measure(&mesh, &adjacency).normal_noise;
+    let rules = Rules { normal_noise, ..Rules::default() };
     let Some(verdict) = rules.recognize(&image) else {
         return Err(Failure::input(&args.segment, "no triangle has an area"));
     };
@@ -46,4 +48,16 @@ pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
 /// The classifier that comes with the program.
 pub fn shipped() -> Result<Classifier, Failure> {
     Classifier::from_text(SHIPPED).map_err(|error| Failure::Internal(error.to_string()))
+}
+
+/// The image without its outliers; says how much was removed.
+fn without_outliers(mesh: &Mesh, adjacency: &Adjacency) -> GaussImage {
+    let (image, outliers) = GaussImage::without_outliers(mesh, adjacency, &OutlierSearch::default());
+    let percent = 100.0 * outliers.share;
+    if outliers.is_one_primitive {
+        println!("outliers     {percent:.1} % of the area removed");
+    } else {
+        println!("outliers     {percent:.1} % of the area: too much for one primitive, all kept");
+    }
+    image
 }

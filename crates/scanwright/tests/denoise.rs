@@ -1,7 +1,7 @@
 //! Tests of `denoise`: one suite judges every method.
 
 use scanwright::condition::measure;
-use scanwright::denoise::{DenoiseMethod, Denoised, denoise, vertex_normals};
+use scanwright::denoise::{DenoiseMethod, Denoised, Neighbors, Sun2007, Weighting, denoise, vertex_normals};
 use scanwright::math::{Point3, Vec3, angle_between};
 use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::par;
@@ -21,10 +21,10 @@ fn a_mesh_without_noise_comes_back() {
 
 #[test]
 fn normals_of_a_noisy_block_come_nearer_to_the_truth() {
-    // Shares of the raw error that may be left; the default leaves least over both noises, and never a tenth more than
-    // the best at one.
+    // Shares of the raw error that may be left. Among the methods as they come the default leaves least over both noises;
+    // of all it never leaves a sixth more than the best.
     let clean = block();
-    let mut sums: Vec<(f64, &str)> = DenoiseMethod::all_defaults().iter().map(|m| (0.0, m.name())).collect();
+    let mut sums = DenoiseMethod::all_defaults().map(|_| 0.0);
     for noise in [0.08, 0.2] {
         let mut left = Vec::new();
         for (name, result, mesh) in each_method(&clean, noise) {
@@ -36,11 +36,11 @@ fn normals_of_a_noisy_block_come_nearer_to_the_truth() {
         }
         let best = left.iter().map(|l| l.0).fold(f64::INFINITY, f64::min);
         let default = left.iter().find(|l| l.1 == DenoiseMethod::default().name()).unwrap();
-        assert!(default.0 < 1.1 * best, "{left:?}");
-        sums.iter_mut().zip(&left).for_each(|(sum, share)| sum.0 += share.0);
+        assert!(default.0 < 7.0 / 6.0 * best, "{left:?}");
+        sums.iter_mut().zip(&left).for_each(|(sum, share)| *sum += share.0);
     }
-    let least = sums.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-    assert_eq!(least.1, DenoiseMethod::default().name(), "{sums:?}");
+    let least = (0..sums.len()).min_by(|a, b| sums[*a].total_cmp(&sums[*b])).unwrap();
+    assert_eq!(DenoiseMethod::all_defaults()[least], DenoiseMethod::default(), "{sums:?}");
 }
 
 #[test]
@@ -94,6 +94,30 @@ fn thin_walls_do_not_bleed() {
 }
 
 #[test]
+fn a_random_walk_does_not_cross_a_crease_however_long() {
+    // A roof of two planes at right angles. The mean normal of a walk that crossed would lean over.
+    let roof = |p: &Point3| (p.z + p.x.abs() - 10.0) / 2.0_f64.sqrt();
+    let clean = scan(roof, [-8.3, -20.3, -1.3], [8.0, 20.0, 12.0], 1.0);
+    let mesh = with_noise(&clean, 0.05, 2);
+    let adjacency = Adjacency::new(&mesh);
+    let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+    for steps in [1, 2, 5] {
+        let weighting = Weighting::RandomWalk { steps };
+        let method = DenoiseMethod::Sun2007(Sun2007 { weighting, ..Sun2007::default() });
+        let result = denoise(&mesh, &adjacency, &tolerances, &method);
+        for (t, normal) in result.triangle_normals.iter().enumerate() {
+            let x = clean.triangle_center(t).x;
+            // Three spacings from the ridge are beyond the triangles that are blunt in the mesh itself.
+            if x.abs() > 3.0 {
+                let truth = Vec3::new(x.signum(), 0.0, 1.0).normalize();
+                // Raw normals are off by 0.06 radians per axis and half of a right angle would be 0.79.
+                assert!(angle_between(normal, &truth) < 0.1, "{steps} steps: {normal} at {x}");
+            }
+        }
+    }
+}
+
+#[test]
 fn no_vertex_leaves_the_noise_and_the_boundary_stays() {
     let wave = |p: &Point3| p.z - 3.0 * (0.2 * p.x).sin();
     let clean = scan(wave, [-20.3, -20.3, -6.3], [20.0, 20.0, 6.0], 1.0);
@@ -127,9 +151,9 @@ fn threads_do_not_change_the_result() {
     let mesh = with_noise(&block(), 0.1, 3);
     let adjacency = Adjacency::new(&mesh);
     let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
-    for method in DenoiseMethod::all_defaults() {
+    for (name, method) in methods() {
         let with = |n| par::with_threads(Some(n), || denoise(&mesh, &adjacency, &tolerances, &method));
-        assert_eq!(with(1), with(2), "{}", method.name());
+        assert_eq!(with(1), with(2), "{name}");
     }
 }
 
@@ -143,7 +167,7 @@ fn hostile_meshes_are_denoised_without_panic() {
     for mesh in [mesh, Mesh::default(), Mesh { vertices: vec![Point3::origin()], triangles: vec![[0, 0, 0]] }]
     {
         let adjacency = Adjacency::new(&mesh);
-        for method in DenoiseMethod::all_defaults() {
+        for (_, method) in methods() {
             let result = denoise(&mesh, &adjacency, &tolerances, &method);
             assert_eq!(result.triangle_normals.len(), mesh.triangles.len());
             assert!(result.vertices.iter().all(|p| p.coords.iter().all(|c| c.is_finite())));
@@ -151,14 +175,25 @@ fn hostile_meshes_are_denoised_without_panic() {
     }
 }
 
+/// Every method with its default options, and the options of Sun's that are methods of their own.
+fn methods() -> Vec<(&'static str, DenoiseMethod)> {
+    let sun =
+        |neighbors, weighting| DenoiseMethod::Sun2007(Sun2007 { neighbors, weighting, ..Sun2007::default() });
+    let mut methods: Vec<_> = DenoiseMethod::all_defaults().map(|m| (m.name(), m)).to_vec();
+    methods.push(("sun2007, edges", sun(Neighbors::Edge, Weighting::Threshold)));
+    methods.push(("walk of one", sun(Neighbors::Vertex, Weighting::RandomWalk { steps: 1 })));
+    methods.push(("walk of three", sun(Neighbors::Edge, Weighting::RandomWalk { steps: 3 })));
+    methods
+}
+
 /// Every method's name, result and input on `clean` with white noise.
 fn each_method(clean: &Mesh, noise: f64) -> Vec<(&'static str, Denoised, Mesh)> {
     let mesh = with_noise(clean, noise, 1);
     let adjacency = Adjacency::new(&mesh);
     let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
-    DenoiseMethod::all_defaults()
+    methods()
         .iter()
-        .map(|method| (method.name(), denoise(&mesh, &adjacency, &tolerances, method), mesh.clone()))
+        .map(|(name, method)| (*name, denoise(&mesh, &adjacency, &tolerances, method), mesh.clone()))
         .collect()
 }
 

@@ -12,6 +12,7 @@ mod gprimdb;
 mod gprimdb_store;
 mod known_fits;
 mod metamorphic;
+mod outliers;
 mod parts;
 mod picture;
 mod readers;

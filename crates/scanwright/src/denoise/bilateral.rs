@@ -30,9 +30,9 @@ impl Default for Bilateral {
 }
 
 /// Largest range deviation, as length of the difference of unit normals: beyond it a square edge, 1.41, is crossed.
-pub(super) const MAX_RANGE: f64 = 0.5;
+const MAX_RANGE: f64 = 0.5;
 /// Mean change per round, in standard deviations of the normals, that ends the iteration.
-pub(super) const STILL_SIGMAS: f64 = 0.02;
+const STILL_SIGMAS: f64 = 0.02;
 
 pub(super) fn run(
     neighborhood: &Neighborhood,

@@ -1,4 +1,4 @@
-//! Triangles that share a vertex, and what the filters need to know of them.
+//! Triangles that share a vertex or an edge, and what the filters need to know of them.
 
 use crate::math::{Point3, Vec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
@@ -6,6 +6,16 @@ use crate::par;
 
 /// Triangles handled by one task.
 const CHUNK: usize = 2_048;
+
+/// Which triangles are around a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Neighbors {
+    /// Those that share a vertex with it: a dozen.
+    #[default]
+    Vertex,
+    /// Those that share an edge with it: three.
+    Edge,
+}
 
 /// The triangles around every triangle.
 pub(super) struct Neighborhood {
@@ -21,7 +31,7 @@ pub(super) struct Neighborhood {
 
 impl Neighborhood {
     /// Neighbourhoods of `mesh`. O(n).
-    pub fn new(mesh: &Mesh, adjacency: &Adjacency) -> Self {
+    pub fn new(mesh: &Mesh, adjacency: &Adjacency, neighbors: Neighbors) -> Self {
         let n = mesh.triangles.len();
         let starts: Vec<usize> = (0..n).step_by(CHUNK).collect();
         let parts = par::map(&starts, |&start| {
@@ -30,8 +40,16 @@ impl Neighborhood {
             let mut row: Vec<TriId> = Vec::new();
             for t in start..n.min(start + CHUNK) {
                 row.clear();
-                for &v in &mesh.triangles[t] {
-                    row.extend(adjacency.vertex_triangles.row(v as usize));
+                match neighbors {
+                    Neighbors::Vertex => {
+                        for &v in &mesh.triangles[t] {
+                            row.extend(adjacency.vertex_triangles.row(v as usize));
+                        }
+                    }
+                    Neighbors::Edge => {
+                        row.push(t as TriId);
+                        row.extend(adjacency.across[t].iter().flatten());
+                    }
                 }
                 row.sort_unstable();
                 row.dedup();
@@ -49,19 +67,27 @@ impl Neighborhood {
             }
             items.extend(part);
         }
-        let areas = par::map_indices(n, |t| mesh.area(t));
-        let centers = par::map_indices(n, |t| mesh.triangle_center(t));
+        let mut found = Self { offsets, items, areas: Vec::new(), centers: Vec::new(), center_distance: 0.0 };
+        found.measure(mesh, adjacency);
+        found
+    }
+
+    /// Takes areas and centroids from `mesh`, whose vertices may have moved.
+    pub fn measure(&mut self, mesh: &Mesh, adjacency: &Adjacency) {
+        let n = mesh.triangles.len();
+        self.areas = par::map_indices(n, |t| mesh.area(t));
+        self.centers = par::map_indices(n, |t| mesh.triangle_center(t));
         let (mut sum, mut count) = (0.0, 0.0);
         for (t, across) in adjacency.across.iter().enumerate() {
             for u in across.iter().flatten() {
-                sum += (centers[t] - centers[*u as usize]).norm();
+                sum += (self.centers[t] - self.centers[*u as usize]).norm();
                 count += 1.0;
             }
         }
-        Self { offsets, items, areas, centers, center_distance: if count > 0.0 { sum / count } else { 0.0 } }
+        self.center_distance = if count > 0.0 { sum / count } else { 0.0 };
     }
 
-    /// The triangles that share a vertex with triangle `t`, itself among them, ascending.
+    /// The neighbours of triangle `t`, itself among them, ascending.
     pub fn around(&self, t: usize) -> &[TriId] {
         &self.items[self.offsets[t] as usize..self.offsets[t + 1] as usize]
     }

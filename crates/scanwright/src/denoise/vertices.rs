@@ -9,21 +9,24 @@ use crate::math::{Point3, Vec3};
 use crate::mesh::{Adjacency, Mesh};
 use crate::par;
 
-/// Rounds; more no longer change the surface beside the noise.
-const ROUNDS: usize = 20;
+/// Rounds after which more no longer change the surface beside the noise.
+pub(super) const ROUNDS: usize = 20;
 /// Largest move in standard deviations of the noise.
 const MAX_MOVE_SIGMAS: f64 = 3.0;
 
-/// Positions that follow `triangle_normals`, one per vertex.
+/// Positions that follow `triangle_normals`, one per vertex: `n_rounds` rounds from `start`, within the noise of the
+/// raw places, which are those of `mesh`.
 pub(super) fn follow_normals(
     mesh: &Mesh,
     adjacency: &Adjacency,
+    start: Vec<Point3>,
     triangle_normals: &[Vec3],
     noise: f64,
+    n_rounds: usize,
 ) -> Vec<Point3> {
     let largest = MAX_MOVE_SIGMAS * noise;
-    let mut vertices = mesh.vertices.clone();
-    for _ in 0..ROUNDS {
+    let mut vertices = start;
+    for _ in 0..n_rounds {
         let centers = par::map(&mesh.triangles, |triangle| {
             let [a, b, c] = triangle.map(|v| vertices[v as usize].coords);
             (a + b + c) / 3.0

@@ -17,11 +17,14 @@
 mod accumulator;
 mod cells;
 mod classifier;
+mod nearest;
+mod outliers;
 mod rules;
 
 pub use accumulator::{Accumulator, Descriptor, Voting};
 pub use cells::Cells;
 pub use classifier::{Classifier, Example, Fold, Parameters, ReadClassifierError, TooFew, cross_validated};
+pub use outliers::{OutlierSearch, Outliers, Threshold, rings};
 pub use rules::{Center, Evidence, Rules, Verdict};
 
 use crate::math::Vec3;

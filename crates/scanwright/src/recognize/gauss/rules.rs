@@ -204,7 +204,7 @@ fn turn(image: &GaussImage, axis: UnitVec3) -> f64 {
 }
 
 /// The value up to which a share `q` of the weight lies: (value, weight) each.
-fn weighted_quantile(mut values: Vec<(f64, f64)>, total: f64, q: f64) -> f64 {
+pub(super) fn weighted_quantile(mut values: Vec<(f64, f64)>, total: f64, q: f64) -> f64 {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut sum = 0.0;
     let at = values.iter().find(|(_, weight)| {
