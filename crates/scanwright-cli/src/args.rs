@@ -22,7 +22,7 @@ pub enum Verb {
     /// Say what a scan is: counts, holes, noise, likely units and why.
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(InfoArgs),
-    /// Cut a scan into regions, by the default or by a method of the thesis, without making a solid.
+    /// Cut a scan into regions, by the default, a method of the thesis or a baseline, without making a solid.
     #[command(after_long_help = SEGMENT_EXAMPLES)]
     Segment(SegmentArgs),
     /// GPrimDB: a database of generated primitives with their truth, and of parts you scanned.
@@ -234,10 +234,10 @@ pub struct SegmentArgs {
     /// How the scan is cut
     #[arg(long, value_enum, default_value_t = MethodFlag::Default)]
     pub method: MethodFlag,
-    /// Groups that ncuts and pic look for; a group in several pieces gives several regions [default: found]
+    /// Groups that ncuts, pic, hfp and liu-zhang look for; one in several pieces gives several regions [default: found]
     #[arg(long, value_name = "K", value_parser = parse_count)]
     pub regions: Option<usize>,
-    /// What ncuts and pic group: patches of triangles, or single vertices as in the thesis
+    /// What ncuts and pic group: patches of triangles, or single vertices as in the thesis, slowly and not too many
     #[arg(long, value_enum, default_value_t = NodesFlag::Patches)]
     pub nodes: NodesFlag,
     /// Whether to look for a table under the part and take it away
@@ -266,6 +266,12 @@ pub enum MethodFlag {
     Ncuts,
     /// The thesis's 3D-PIC: power iteration clustering of the same graph
     Pic,
+    /// Hierarchical fitting primitives (Attene and others 2006): patches merged by how well a surface fits
+    Hfp,
+    /// Spectral clustering of all distances over the surface (Liu and Zhang 2004)
+    LiuZhang,
+    /// Peaks of the Gauss map, then mean shift of curvatures (after Xiao and others 2011); finds the number itself
+    Xiao,
 }
 
 /// `--nodes`.

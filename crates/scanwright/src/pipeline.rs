@@ -2,8 +2,8 @@
 //!
 //! [`run`] calls the stages in order and returns everything they found as plain data. It reads no file, no clock and
 //! no environment; [`Progress`] is how a caller watches it, measures it or stops it. What the scan does not support
-//! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, and a caller
-//! that said stop.
+//! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, one too large
+//! for the method asked for, and a caller that said stop.
 
 mod model;
 mod stages;
@@ -78,6 +78,17 @@ pub enum Error {
         n_triangles: usize,
         /// Vertices in the scan.
         n_vertices: usize,
+    },
+    /// The method works on vertices, and the part has more than its vectors can be kept for.
+    #[error(
+        "the part has {n_vertices} vertices, and the method can group {most} at most, as its eigenvectors must fit in 2 GiB: \
+         group patches instead, or ask for fewer regions"
+    )]
+    TooManyVertices {
+        /// Vertices of the part.
+        n_vertices: usize,
+        /// See [`SegmentMethod::most_vertices`].
+        most: usize,
     },
     /// The progress callback said stop.
     #[error(transparent)]
@@ -250,6 +261,10 @@ fn regions(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Region
     progress.report(Stage::Support, 1.0)?;
 
     let part = stages::part(&scan, support.as_ref());
+    let n_vertices = part.mesh.vertices.len();
+    if let Some(most) = options.method.most_vertices().filter(|most| n_vertices > *most) {
+        return Err(Error::TooManyVertices { n_vertices, most });
+    }
     let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 
