@@ -36,7 +36,7 @@ const KINDS: [SurfaceKind; 3] = [SurfaceKind::Plane, SurfaceKind::Sphere, Surfac
 pub(in crate::segment) fn run(scan: &Scan, options: &Baseline) -> Segmentation {
     let patches = Patches::of(scan, MOST_PATCHES, options.seed);
     let merges = Hierarchy::of(scan.mesh, &patches).merged();
-    let n = patches.patches.len();
+    let n = patches.all.len();
     let tried = options.n_regions.map_or_else(|| by_jump(&merges, n), |k| vec![k]);
     best_described(scan, &tried, |k| patches.of_triangles(&cut(&merges, n, k)))
 }
@@ -85,8 +85,17 @@ struct Hierarchy<'a> {
     /// One per triangle.
     normals: &'a [Vec3],
     clusters: Vec<Cluster>,
-    /// The bits of an error, which is not negative; both clusters; their versions.
-    heap: BinaryHeap<Reverse<(u64, [u32; 2], [u32; 2])>>,
+    heap: BinaryHeap<Reverse<Offer>>,
+}
+
+/// What merging two clusters would cost; ordered by that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Offer {
+    /// Of the error, which is not negative: they are in its order.
+    bits: u64,
+    pair: [u32; 2],
+    /// Of both clusters when the offer was made.
+    versions: [u32; 2],
 }
 
 impl<'a> Hierarchy<'a> {
@@ -95,7 +104,7 @@ impl<'a> Hierarchy<'a> {
         let mut clusters: Vec<Cluster> = patches
             .triangles()
             .into_iter()
-            .zip(&patches.patches)
+            .zip(&patches.all)
             .map(|(triangles, patch)| Cluster { triangles, area: patch.area, beside: Vec::new(), version: 0 })
             .collect();
         for border in &patches.borders {
@@ -103,7 +112,9 @@ impl<'a> Hierarchy<'a> {
             clusters[a as usize].beside.push(b);
             clusters[b as usize].beside.push(a);
         }
-        clusters.iter_mut().for_each(|cluster| cluster.beside.sort_unstable());
+        for cluster in &mut clusters {
+            cluster.beside.sort_unstable();
+        }
         let mut hierarchy = Self { mesh, normals: &patches.normals, clusters, heap: BinaryHeap::new() };
         let pairs: Vec<[u32; 2]> = patches.borders.iter().map(|border| border.between).collect();
         hierarchy.offer(&pairs);
@@ -113,7 +124,7 @@ impl<'a> Hierarchy<'a> {
     /// All merges, in order.
     fn merged(mut self) -> Vec<Merge> {
         let mut merges = Vec::with_capacity(self.clusters.len());
-        while let Some(Reverse((bits, pair, versions))) = self.heap.pop() {
+        while let Some(Reverse(Offer { bits, pair, versions })) = self.heap.pop() {
             if pair.map(|k| self.clusters[k as usize].version) != versions {
                 continue;
             }
@@ -159,7 +170,7 @@ impl<'a> Hierarchy<'a> {
         let errors = par::map(pairs, |pair| self.error(*pair));
         for (&pair, error) in pairs.iter().zip(errors) {
             let versions = pair.map(|k| self.clusters[k as usize].version);
-            self.heap.push(Reverse((error.to_bits(), pair, versions)));
+            self.heap.push(Reverse(Offer { bits: error.to_bits(), pair, versions }));
         }
     }
 

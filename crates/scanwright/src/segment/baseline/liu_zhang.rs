@@ -36,7 +36,7 @@ pub(in crate::segment) fn run(scan: &Scan, options: &Baseline) -> Segmentation {
 
 /// The full graph of all patches that some way joins.
 fn of_distances(patches: &Patches) -> Graph {
-    let n = patches.patches.len();
+    let n = patches.all.len();
     let steps = steps(patches);
     let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
     for (border, &step) in patches.borders.iter().zip(&steps) {
@@ -67,7 +67,7 @@ fn steps(patches: &Patches) -> Vec<f64> {
 
 /// The way between the middles of two patches over that of their border, and what the angle between their normals counts.
 fn way_and_turn(patches: &Patches, border: &Border) -> (f64, f64) {
-    let [a, b] = border.between.map(|k| &patches.patches[k as usize].frame);
+    let [a, b] = border.between.map(|k| &patches.all[k as usize].frame);
     let way = (a.origin - border.middle).norm() + (b.origin - border.middle).norm();
     // Normals point out of the material: over a convex edge they part.
     let is_convex = (b.z.into_inner() - a.z.into_inner()).dot(&(b.origin - a.origin)) > 0.0;

@@ -55,7 +55,7 @@ pub(in crate::segment) fn run(scan: &Scan, seed: u64) -> Segmentation {
     let mut group_of = map.group_of;
     let first = group_of.iter().flatten().max().map_or(0, |last| last + 1);
     let rest: Vec<usize> = (0..group_of.len()).filter(|&k| group_of[k].is_none()).collect();
-    for (&k, mode) in rest.iter().zip(modes(&mean_turns(&patches.patches, &rest), KERNEL)) {
+    for (&k, mode) in rest.iter().zip(modes(&mean_turns(&patches.all, &rest), KERNEL)) {
         group_of[k] = Some(first + mode);
     }
     let groups: Vec<u32> = group_of.into_iter().flatten().collect();
@@ -96,16 +96,16 @@ struct GaussMap<'a> {
 
 impl<'a> GaussMap<'a> {
     fn of(patches: &'a Patches, normal_noise: f64) -> Self {
-        let n = patches.patches.len();
+        let n = patches.all.len();
         let both_ways =
             patches.borders.iter().flat_map(|b| [(b.between[0], b.between[1]), (b.between[1], b.between[0])]);
-        let total: f64 = patches.patches.iter().map(|p| p.area).sum();
+        let total: f64 = patches.all.iter().map(|p| p.area).sum();
         let triangles = patches.patch_of.len() as f64 / n.max(1) as f64;
         Self {
-            patches: &patches.patches,
+            patches: &patches.all,
             beside: Csr::from_pairs(n, both_ways),
             group_of: vec![None; n],
-            is_sparse: sparse(&patches.patches),
+            is_sparse: sparse(&patches.all),
             angle: ANGLE.max(3.0 * normal_noise / triangles.max(1.0).sqrt()),
             least_area: LEAST_SHARE * total,
             n_groups: 0,
@@ -127,7 +127,9 @@ impl<'a> GaussMap<'a> {
 
     /// Gives the patches a group of their own.
     fn take(&mut self, members: &[usize]) {
-        members.iter().for_each(|&k| self.group_of[k] = Some(self.n_groups));
+        for &k in members {
+            self.group_of[k] = Some(self.n_groups);
+        }
         self.n_groups += 1;
     }
 

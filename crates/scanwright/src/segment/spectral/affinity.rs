@@ -34,7 +34,7 @@ pub(super) fn of_vertices(field: &Field, normal_noise: f64) -> Graph {
 pub(super) fn of_patches(patches: &Patches, normal_noise: f64) -> Graph {
     let edge = |border: &Border| {
         let [a, b] = border.between;
-        let (pa, pb) = (&patches.patches[a as usize], &patches.patches[b as usize]);
+        let (pa, pb) = (&patches.all[a as usize], &patches.all[b as usize]);
         let fewest = pa.n_triangles.min(pb.n_triangles) as f64;
         let turn = PATCH_TURN.max(3.0 * normal_noise / fewest.sqrt());
         let crease = (pa.normal_at(&border.middle) - pb.normal_at(&border.middle)).norm() / turn;
@@ -45,5 +45,5 @@ pub(super) fn of_patches(patches: &Patches, normal_noise: f64) -> Graph {
         (a, b, border.length * (-crease * crease - bend_sq).exp().max(LEAST))
     };
     let edges = patches.borders.iter().map(edge).filter(|e| e.2 > 0.0).collect();
-    Graph { n: patches.patches.len(), edges }
+    Graph { n: patches.all.len(), edges }
 }

@@ -18,7 +18,7 @@ pub(in crate::segment) struct Patches {
     /// The patch of every triangle.
     pub patch_of: Vec<u32>,
     /// One per patch.
-    pub patches: Vec<Patch>,
+    pub all: Vec<Patch>,
     /// One per pair of patches that touch, ascending.
     pub borders: Vec<Border>,
 }
@@ -42,8 +42,8 @@ impl Patches {
         // Normals of the filter, whose noise is a third of that of the raw ones at most.
         let filtered = normal_noise.max(0.05) / 3.0;
         let patch_of = superfacets(mesh, adjacency, &normals, filtered, n, seed);
-        let patches = par::map(&triangles(&patch_of), |triangles| Patch::of(mesh, &normals, triangles));
-        Self { borders: borders(mesh, adjacency, &patch_of), patches, patch_of, normals }
+        let all = par::map(&triangles(&patch_of), |triangles| Patch::of(mesh, &normals, triangles));
+        Self { borders: borders(mesh, adjacency, &patch_of), all, patch_of, normals }
     }
 
     /// The triangles of every patch, ascending.
