@@ -1,15 +1,17 @@
 //! Peaks of the Gauss map, then modes of the mean curvature.
 //!
 //! D. Xiao, H. Lin, C. Xian, S. Gao, "CAD mesh model segmentation by clustering", Computers & Graphics 35 (2011), 685-691.
-//! Known of it: triangles are parted into sparse and dense ones; the sparse are segmented by the Gauss map and a Hough transform
-//! into planar, cylindrical and conical regions, the dense by mean shift of their mean curvature; it is weak where densities mix.
+//! Known of it, by its abstract: agglomerative clustering parts triangles into sparse and dense ones; the sparse are segmented by
+//! the Gauss map and a Hough transform into planar, cylindrical and conical regions, the dense by mean shift of their mean
+//! curvature. By the thesis it is weak where densities mix.
 //!
-//! Reconstructed, as the paper was not at hand: all thresholds; planes as spots of the Gauss map that stand alone; cylinders and
-//! cones together as circles on it, found by a randomized Hough transform (L. Xu, E. Oja, P. Kultanen, "A new curve detection
-//! method: randomized Hough transform", Pattern Recognition Letters 11 (1990), 331-338); mean shift with a flat kernel in one
-//! dimension (D. Comaniciu, P. Meer, "Mean shift: a robust approach toward feature space analysis", IEEE Transactions on Pattern
-//! Analysis and Machine Intelligence 24 (2002), 603-619). Ours: patches for triangles; what is on no spot and no circle goes to
-//! the mean shift, as scans have one density, all sparse. The number of regions is found, not asked for.
+//! Reconstructed, as the paper was not at hand: all thresholds; two means of the areas' logarithms for the parting; planes as spots
+//! of the Gauss map that stand alone; cylinders and cones together as circles on it, found by a randomized Hough transform, which
+//! the paper cites (L. Xu, E. Oja, P. Kultanen, "A new curve detection method: randomized Hough transform", Pattern Recognition
+//! Letters 11 (1990), 331-338); mean shift with a flat kernel in one dimension (D. Comaniciu, P. Meer, "Mean shift: a robust
+//! approach toward feature space analysis", IEEE Transactions on Pattern Analysis and Machine Intelligence 24 (2002), 603-619).
+//! Ours: patches for triangles; a spot takes in what a filter smeared beside it; what is on no spot and no circle goes to the mean
+//! shift, as scans have one density, all sparse. The number of regions is found, not asked for.
 //!
 //! Cost: a look at all patches per peak, of which there are [`MOST_PEAKS`] at most.
 
