@@ -3,7 +3,7 @@
     python scripts/methods.py BENCH BIN OUT
 
 BENCH is the folder with the cases, BIN our program, OUT a folder for the results. Needs what the benchmark needs.
-The spectral methods run twice: told the true number of surfaces, and finding it.
+Methods that can be told the number of surfaces run twice: told the true one, and finding it.
 """
 
 import concurrent.futures
@@ -20,6 +20,11 @@ METHODS = {
     "3D-NCuts": ("--method", "ncuts"),
     "3D-PIC, number given": ("--method", "pic", "--regions"),
     "3D-PIC": ("--method", "pic"),
+    "fitting primitives, number given": ("--method", "hfp", "--regions"),
+    "fitting primitives": ("--method", "hfp"),
+    "Liu and Zhang, number given": ("--method", "liu-zhang", "--regions"),
+    "Liu and Zhang": ("--method", "liu-zhang"),
+    "after Xiao and others": ("--method", "xiao"),
 }
 
 

@@ -3,7 +3,7 @@
 use scanwright::condition::measure;
 use scanwright::gprimdb::{Class, Manifest, Model, Noise, Triangulation};
 use scanwright::math::Vec3;
-use scanwright::mesh::Adjacency;
+use scanwright::mesh::{Adjacency, TriId};
 use scanwright::par;
 use scanwright::random::Rng;
 use scanwright::recognize::gauss::{GaussImage, OutlierSearch, Outliers, Rules, Threshold, rings};
@@ -71,12 +71,13 @@ struct Answers {
 
 fn answers(model: &Model, share: f64) -> Answers {
     let adjacency = Adjacency::new(&model.mesh);
+    let triangles: Vec<TriId> = (0..model.mesh.triangles.len() as TriId).collect();
     let mut image = GaussImage::of_mesh(&model.mesh);
     let mut is_planted = plant(&mut image, share, u64::from(model.truth.group));
     if let Noise::Outliers { .. } = model.truth.noise {
         is_planted = beside_wild_vertices(model);
     }
-    let rings = rings(&model.mesh, &adjacency);
+    let rings = rings(&model.mesh, &adjacency, &triangles);
     let rules = Rules { normal_noise: measure(&model.mesh, &adjacency).normal_noise, ..Rules::default() };
     let kind = |image: &GaussImage| rules.recognize(image).map(|v| v.kind);
     let truth: Option<SurfaceKind> = model.truth.class.kind();

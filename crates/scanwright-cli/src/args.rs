@@ -22,7 +22,10 @@ pub enum Verb {
     /// Say what a scan is: counts, holes, noise, likely units and why.
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(InfoArgs),
-    /// Cut a scan into regions, by the default or by a method of the thesis, without making a solid.
+    /// Take the table, the defects and the noise from a scan, keeping its edges.
+    #[command(after_long_help = CLEAN_EXAMPLES)]
+    Clean(CleanArgs),
+    /// Cut a scan into regions, by the default, a method of the thesis or a baseline, without making a solid.
     #[command(after_long_help = SEGMENT_EXAMPLES)]
     Segment(SegmentArgs),
     /// GPrimDB: a database of generated primitives with their truth, and of parts you scanned.
@@ -262,6 +265,60 @@ pub struct InfoArgs {
     pub scan: PathBuf,
 }
 
+/// Flags of `clean`.
+#[derive(Debug, Args)]
+pub struct CleanArgs {
+    /// The scan: STL, PLY, OBJ, OFF or 3MF
+    pub scan: PathBuf,
+    /// The cleaned mesh; holes stay open
+    #[arg(short, long, value_name = "CLEAN.ply")]
+    pub output: PathBuf,
+    /// How noise is taken off; the strength follows the noise that is measured
+    #[arg(long, value_enum, default_value_t = DenoiseFlag::Adaptive)]
+    pub denoise: DenoiseFlag,
+    /// Whose normals sun2007 and random-walk average
+    #[arg(long, value_enum, default_value_t = NeighborsFlag::Vertex)]
+    pub neighbors: NeighborsFlag,
+    /// Whether to look for a table under the part and take it away
+    #[arg(long, value_enum, default_value_t = SupportFlag::Auto)]
+    pub support: SupportFlag,
+    /// Threads to work with [default: all processors]; the result is the same
+    #[arg(long, value_parser = parse_count)]
+    pub threads: Option<usize>,
+    /// Overwrite the output if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `--denoise`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DenoiseFlag {
+    /// bilateral where the noise is weak, guided where it is strong
+    Adaptive,
+    /// The thesis's filter: mean of the neighbours within a threshold (Sun and others 2007)
+    Sun2007,
+    /// The same with weights by random walks (Sun and others 2008)
+    RandomWalk,
+    /// Weights by distance and angle (Zheng and others 2011)
+    Bilateral,
+    /// Weights by distance and by the flattest patch around (Zhang and others 2015)
+    Guided,
+    /// Vertices stay where they are
+    None,
+}
+
+/// `--neighbors`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NeighborsFlag {
+    /// Triangles that share a vertex
+    Vertex,
+    /// Triangles that share an edge
+    Edge,
+}
+
 /// Flags of `segment`.
 #[derive(Debug, Args)]
 pub struct SegmentArgs {
@@ -273,10 +330,10 @@ pub struct SegmentArgs {
     /// How the scan is cut
     #[arg(long, value_enum, default_value_t = MethodFlag::Default)]
     pub method: MethodFlag,
-    /// Groups that ncuts and pic look for; a group in several pieces gives several regions [default: found]
+    /// Groups that ncuts, pic, hfp and liu-zhang look for; one in several pieces gives several regions [default: found]
     #[arg(long, value_name = "K", value_parser = parse_count)]
     pub regions: Option<usize>,
-    /// What ncuts and pic group: patches of triangles, or single vertices as in the thesis
+    /// What ncuts and pic group: patches of triangles, or single vertices as in the thesis, slowly and not too many
     #[arg(long, value_enum, default_value_t = NodesFlag::Patches)]
     pub nodes: NodesFlag,
     /// Whether to look for a table under the part and take it away
@@ -305,6 +362,12 @@ pub enum MethodFlag {
     Ncuts,
     /// The thesis's 3D-PIC: power iteration clustering of the same graph
     Pic,
+    /// Hierarchical fitting primitives (Attene and others 2006): patches merged by how well a surface fits
+    Hfp,
+    /// Spectral clustering of all distances over the surface (Liu and Zhang 2004)
+    LiuZhang,
+    /// Peaks of the Gauss map, then mean shift of curvatures (after Xiao and others 2011); finds the number itself
+    Xiao,
 }
 
 /// `--nodes`.
@@ -451,6 +514,12 @@ Exit codes:
 const INFO_EXAMPLES: &str = "\
 Example:
   scanwright info bracket.stl";
+
+const CLEAN_EXAMPLES: &str = "\
+Examples:
+  scanwright clean bracket.stl -o clean.ply
+      The part without table and noise, for other programs; `convert` does its own cleaning.
+  scanwright clean bracket.stl -o clean.ply --denoise sun2007 --neighbors edge";
 
 const SEGMENT_EXAMPLES: &str = "\
 Examples:

@@ -5,6 +5,7 @@
 
 mod args;
 mod classify;
+mod clean;
 mod console;
 mod convert;
 mod exit;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
     let outcome = panic::catch_unwind(|| match &cli.verb {
         Verb::Convert(args) => convert::run(args),
         Verb::Info(args) => info::run(args),
+        Verb::Clean(args) => clean::run(args),
         Verb::Segment(args) => segment::run(args),
         Verb::Gprimdb(verb) => gprimdb::run(verb),
         Verb::Classify(args) => classify::run(args),

@@ -7,7 +7,7 @@ use scanwright::par;
 use scanwright::pipeline::{self, Options, Segmented};
 use scanwright::progress::Progress;
 use scanwright::report;
-use scanwright::segment::{MOST_ASKED, Nodes, SegmentMethod, Spectral};
+use scanwright::segment::{Baseline, MOST_ASKED, Nodes, SegmentMethod, Spectral};
 
 use crate::args::{MethodFlag, NodesFlag, SegmentArgs};
 use crate::console::{self, Console};
@@ -16,8 +16,13 @@ use crate::{outputs, scan};
 
 /// Cuts a scan into regions.
 pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
-    if args.method == MethodFlag::Default && (args.regions.is_some() || args.nodes == NodesFlag::Vertices) {
-        let text = "--regions and --nodes are for --method ncuts and pic; the default finds both";
+    let is_spectral = matches!(args.method, MethodFlag::Ncuts | MethodFlag::Pic);
+    if args.nodes == NodesFlag::Vertices && !is_spectral {
+        return Err(Failure::Usage("--nodes is for --method ncuts and pic".into()));
+    }
+    if args.regions.is_some() && matches!(args.method, MethodFlag::Default | MethodFlag::Xiao) {
+        let text =
+            "--regions is for --method ncuts, pic, hfp and liu-zhang; default and xiao find the number";
         return Err(Failure::Usage(text.into()));
     }
     if args.regions.is_some_and(|k| k > MOST_ASKED) {
@@ -63,12 +68,16 @@ fn options(args: &SegmentArgs) -> Options {
         NodesFlag::Vertices => Nodes::Vertices,
     };
     let spectral = Spectral { n_regions: args.regions, nodes, seed: args.seed };
+    let baseline = Baseline { n_regions: args.regions, seed: args.seed };
     Options {
         seed: args.seed,
         method: match args.method {
             MethodFlag::Default => SegmentMethod::FitDriven,
             MethodFlag::Ncuts => SegmentMethod::NCuts(spectral),
             MethodFlag::Pic => SegmentMethod::Pic(spectral),
+            MethodFlag::Hfp => SegmentMethod::Hfp(baseline),
+            MethodFlag::LiuZhang => SegmentMethod::LiuZhang(baseline),
+            MethodFlag::Xiao => SegmentMethod::Xiao { seed: args.seed },
         },
         support: args.support.into(),
         ..Options::default()

@@ -226,18 +226,66 @@ fn pictures_are_png_and_colors_need_regions() {
 fn segment_gives_a_box_its_six_faces() {
     let dir = Folder::new();
     fs::write(dir.0.join("fine.ply"), box_ply(24)).unwrap();
-    // Not by pic: starts on six equal faces have nearly the same means, and it stops before they part.
-    for method in ["default", "ncuts"] {
-        let mut args = vec!["segment", "fine.ply", "-o", "regions.ply", "--method", method, "--force"];
-        if method != "default" {
-            args.extend(["--regions", "6"]);
+    fs::write(dir.0.join("coarse.ply"), box_ply(4)).unwrap();
+    // In the fine one noise is half the spacing: too much for some.
+    for (scan, methods) in
+        [("fine.ply", ["default", "ncuts"].as_slice()), ("coarse.ply", &["pic", "hfp", "liu-zhang", "xiao"])]
+    {
+        for &method in methods {
+            let mut args = vec!["segment", scan, "-o", "regions.ply", "--method", method, "--force"];
+            if !["default", "xiao"].contains(&method) {
+                args.extend(["--regions", "6"]);
+            }
+            let output = dir.run(&args);
+            check_exit(&output, 0, &args);
+            assert!(text(&output.stdout).contains("6: 6 plane"), "{method}: {}", text(&output.stdout));
         }
-        let output = dir.run(&args);
-        check_exit(&output, 0, &args);
-        assert!(text(&output.stdout).contains("6: 6 plane"), "{method}: {}", text(&output.stdout));
     }
     let args = ["segment", "fine.ply", "-o", "x.ply", "--regions", "6"];
     check_exit(&dir.run(&args), 2, &args);
+    let args = ["segment", "coarse.ply", "-o", "x.ply", "--method", "xiao", "--regions", "6"];
+    check_exit(&dir.run(&args), 2, &args);
+    let args = ["segment", "coarse.ply", "-o", "x.ply", "--method", "hfp", "--nodes", "vertices"];
+    check_exit(&dir.run(&args), 2, &args);
+}
+
+#[test]
+fn clean_takes_noise_off_a_box() {
+    let dir = Folder::new();
+    fs::write(dir.0.join("box.ply"), box_ply(8)).unwrap();
+    let rms = |name: &str| {
+        let vertices = scanwright::io::read_mesh_file(&dir.0.join(name)).unwrap().mesh.vertices;
+        let off = |p: &[f64; 3]| {
+            let sides =
+                [24.0, 18.0, 12.0].into_iter().zip(p).flat_map(|(size, x)| [x.abs(), (x - size).abs()]);
+            sides.fold(f64::INFINITY, f64::min)
+        };
+        let sum: f64 = vertices.iter().map(|p| off(&[p.x, p.y, p.z]).powi(2)).sum();
+        (sum / vertices.len() as f64).sqrt()
+    };
+    let raw = rms("box.ply");
+    for method in ["adaptive", "sun2007", "random-walk", "bilateral", "guided", "none"] {
+        let args = ["clean", "box.ply", "-o", "clean.ply", "--denoise", method, "--force"];
+        check_exit(&dir.run(&args), 0, &args);
+        let left = rms("clean.ply") / raw;
+        assert!(if method == "none" { (left - 1.0).abs() < 1e-6 } else { left < 0.7 }, "{method}: {left:.2}");
+    }
+    let args =
+        ["clean", "box.ply", "-o", "clean.ply", "--denoise", "guided", "--neighbors", "edge", "--force"];
+    check_exit(&dir.run(&args), 2, &args);
+}
+
+#[test]
+fn more_vertices_than_eigenvectors_fit_for_are_refused() {
+    let dir = Folder::new();
+    fs::write(dir.0.join("fine.ply"), box_ply(10)).unwrap();
+    // 2 GiB hold 3 066 vectors of 87 552 vertices; the box has 187 202.
+    let args =
+        ["segment", "fine.ply", "-o", "x.ply", "--method", "pic", "--nodes", "vertices", "--regions", "500"];
+    let output = dir.run(&args);
+    check_exit(&output, 3, &args);
+    assert!(text(&output.stderr).contains("group patches instead"), "{}", text(&output.stderr));
+    assert!(!dir.0.join("x.ply").exists());
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //!
 //! [`run`] calls the stages in order and returns everything they found as plain data. It reads no file, no clock and
 //! no environment; [`Progress`] is how a caller watches it, measures it or stops it. What the scan does not support
-//! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, and a caller
-//! that said stop.
+//! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, one too large
+//! for the method asked for, and a caller that said stop.
 
 mod model;
 mod stages;
@@ -15,6 +15,7 @@ pub use warning::{Code, Fallback, Warning};
 
 use crate::brep::Solid;
 use crate::condition::{self, ConditionReport, Support};
+use crate::denoise::{self, DenoiseMethod};
 use crate::deviation::{self, Deviation};
 use crate::math::UnitVec3;
 use crate::mesh::{Mesh, TriId};
@@ -80,6 +81,17 @@ pub enum Error {
         n_triangles: usize,
         /// Vertices in the scan.
         n_vertices: usize,
+    },
+    /// The method works on vertices, and the part has more than its vectors can be kept for.
+    #[error(
+        "the part has {n_vertices} vertices, and the method can group {most} at most, as its eigenvectors must fit in 2 GiB: \
+         group patches instead, or ask for fewer regions"
+    )]
+    TooManyVertices {
+        /// Vertices of the part.
+        n_vertices: usize,
+        /// See [`SegmentMethod::most_vertices`].
+        most: usize,
     },
     /// The progress callback said stop.
     #[error(transparent)]
@@ -251,7 +263,50 @@ struct Regions {
     segmentation: Segmentation,
 }
 
-fn regions(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Regions, Error> {
+/// A scan made ready for other programs.
+#[derive(Debug, Clone)]
+pub struct Cleaned {
+    /// The part without its table: welded, manifold, oriented, its vertices moved after the filtered normals.
+    pub mesh: Mesh,
+    /// What conditioning found and did.
+    pub conditioned: ConditionReport,
+    /// What the scanner did.
+    pub measured: Measured,
+    /// The supporting table, if there was one.
+    pub support: Option<Support>,
+    /// Root mean square of how far vertices were moved, length.
+    pub moved_rms: f64,
+}
+
+/// The stages before the regions: conditioning, removal of the table, and denoising by `method`, or none. Holes are not
+/// filled.
+pub fn clean(
+    mesh: &Mesh,
+    options: &Options,
+    method: Option<&DenoiseMethod>,
+    progress: &Progress,
+) -> Result<Cleaned, Error> {
+    let Prepared { scan, support, part } = prepared(mesh, options, progress)?;
+    let mut mesh = part.mesh;
+    let mut moved_rms = 0.0;
+    if let Some(method) = method {
+        let denoised = denoise::denoise(&mesh, &part.adjacency, &scan.tolerances, method);
+        let ways = mesh.vertices.iter().zip(&denoised.vertices).map(|(a, b)| (a - b).norm_squared());
+        moved_rms = (ways.sum::<f64>() / mesh.vertices.len().max(1) as f64).sqrt();
+        mesh.vertices = denoised.vertices;
+    }
+    progress.report(Stage::Denoise, 1.0)?;
+    Ok(Cleaned { mesh, conditioned: scan.report, measured: scan.measured, support, moved_rms })
+}
+
+/// The scan, its table, and the part on it.
+struct Prepared {
+    scan: stages::Scan,
+    support: Option<Support>,
+    part: stages::Part,
+}
+
+fn prepared(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Prepared, Error> {
     progress.report(Stage::Condition, 0.0)?;
     let conditioned = condition::condition(mesh);
     if conditioned.mesh.triangles.is_empty() {
@@ -264,6 +319,15 @@ fn regions(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Region
     progress.report(Stage::Support, 1.0)?;
 
     let part = stages::part(&scan, support.as_ref());
+    Ok(Prepared { scan, support, part })
+}
+
+fn regions(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Regions, Error> {
+    let Prepared { scan, support, part } = prepared(mesh, options, progress)?;
+    let n_vertices = part.mesh.vertices.len();
+    if let Some(most) = options.method.most_vertices().filter(|most| n_vertices > *most) {
+        return Err(Error::TooManyVertices { n_vertices, most });
+    }
     let normals = stages::denoise(&part, &scan.tolerances);
     progress.report(Stage::Denoise, 1.0)?;
 

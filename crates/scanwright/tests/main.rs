@@ -1,6 +1,7 @@
 //! All integration tests, one binary.
 
 mod architecture;
+mod baselines;
 mod brep;
 mod close;
 mod condition;

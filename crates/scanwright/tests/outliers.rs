@@ -2,7 +2,7 @@
 
 use scanwright::gprimdb::{Class, Manifest, Model, Noise, Tier, Triangulation};
 use scanwright::math::Vec3;
-use scanwright::mesh::{Adjacency, Csr};
+use scanwright::mesh::{Adjacency, Csr, Mesh, TriId};
 use scanwright::par;
 use scanwright::random::Rng;
 use scanwright::recognize::gauss::{GaussImage, OutlierSearch, Outliers, Threshold, rings};
@@ -24,8 +24,12 @@ fn models(class: Class, level: f64, n: usize) -> Vec<Model> {
     (0..n).map(|k| manifest.model(k)).collect()
 }
 
+fn all(mesh: &Mesh) -> Vec<TriId> {
+    (0..mesh.triangles.len() as TriId).collect()
+}
+
 fn image_and_rings(model: &Model) -> (GaussImage, Csr) {
-    (GaussImage::of_mesh(&model.mesh), rings(&model.mesh, &Adjacency::new(&model.mesh)))
+    (GaussImage::of_mesh(&model.mesh), rings(&model.mesh, &Adjacency::new(&model.mesh), &all(&model.mesh)))
 }
 
 /// Turns a share of the normals anywhere; says which.

@@ -12,7 +12,7 @@ use scanwright::tolerance::Tolerances;
 use crate::scans;
 use crate::segmentation::kinds;
 
-fn segmented(mesh: &Mesh, method: SegmentMethod) -> Segmentation {
+pub fn segmented(mesh: &Mesh, method: SegmentMethod) -> Segmentation {
     let adjacency = Adjacency::new(mesh);
     let tolerances = Tolerances::new(measure(mesh, &adjacency), None);
     let normals = ring_filtered_normals(mesh, &adjacency, &tolerances);
@@ -108,4 +108,31 @@ fn a_block_among_many_small_pieces_is_still_cut_into_its_faces() {
     of_block.sort_unstable();
     of_block.dedup();
     assert_eq!(of_block.len(), 6, "{:?}", kinds(&segmentation).len());
+}
+
+/// Its faces are alike, so that only random starts tell them apart, and it is so fine that those even out slowly.
+#[test]
+fn power_iteration_cuts_a_fine_cube_into_its_faces() {
+    const SIDE: f64 = 100.0;
+    let mesh = scans::block([SIDE; 3], 1.0);
+    for seed in [1, 2] {
+        let pic = SegmentMethod::Pic(Spectral { n_regions: Some(6), seed, ..Spectral::default() });
+        let segmentation = segmented(&mesh, pic);
+        assert_eq!(kinds(&segmentation), [Some(SurfaceKind::Plane); 6], "seed {seed}");
+        let mut counts = [0; 6];
+        segmentation.labels.iter().flatten().for_each(|label| counts[label.0 as usize] += 1);
+        // All faces have one size, but for rows of triangles that go to the wrong side of an edge.
+        let (face, row) = (2.0 * SIDE * SIDE, 2.0 * SIDE);
+        let is_face = |count: &i32| (f64::from(*count) - face).abs() < 4.0 * row;
+        assert!(counts.iter().all(is_face), "seed {seed}: {counts:?}, a face has {face}");
+    }
+}
+
+#[test]
+fn vertices_are_grouped_up_to_what_memory_holds() {
+    let of = |n_regions, nodes| Spectral { n_regions, nodes, seed: 1 }.most_vertices();
+    assert_eq!(of(None, Nodes::Patches), None);
+    // The basis has 6 (k + 1) + 60 vectors, and 2 GiB hold 2^28 numbers.
+    assert_eq!(of(None, Nodes::Vertices), Some((1 << 28) / (6 * 41 + 60)));
+    assert_eq!(of(Some(500), Nodes::Vertices), Some((1 << 28) / (6 * 501 + 60)));
 }

@@ -62,9 +62,15 @@ pub(super) struct Attempt {
     pub flaws: Vec<Flaw>,
 }
 
+/// Diagonal of the box around the triangles that were not assumed: what is assumed may lie far out.
+fn seen_diagonal(closed: &LabelledMesh) -> f64 {
+    let seen = closed.mesh.submesh(|t| !closed.assumed[t]).0;
+    if seen.triangles.is_empty() { closed.mesh.diagonal() } else { seen.diagonal() }
+}
+
 impl<'a> Bench<'a> {
     pub(super) fn new(closed: &'a LabelledMesh, tolerances: &'a Tolerances) -> Self {
-        /// Share of the part's diagonal: readers widen their tolerances to the gap they find, and programs refuse a
+        /// Share of the diagonal of what was seen of the part: readers widen their tolerances to the gap they find, and programs refuse a
         /// part from about a thousandth of its size; a fifth is kept for the difference between their measure and ours.
         const LIMIT: f64 = 8e-4;
         let half_edges = HalfEdges::new(&closed.mesh);
@@ -73,7 +79,7 @@ impl<'a> Bench<'a> {
         let surfaces = closed.primitives.iter().map(|p| p.surface).chain([None]).collect();
         let outward = closed.primitives.iter().map(|p| p.outward).collect();
         let facets = closed.primitives.len() as u32;
-        let limit = (LIMIT * closed.mesh.diagonal()).max(tolerances.gap());
+        let limit = (LIMIT * seen_diagonal(closed)).max(tolerances.gap());
         Self { closed, half_edges, components, scrap, surfaces, outward, facets, tolerances, limit }
     }
 

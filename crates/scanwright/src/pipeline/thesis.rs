@@ -1,5 +1,5 @@
 //! Part-to-CAD, the thesis's path: the table taken away, regions by a spectral method, each named by its normals on the
-//! Gaussian sphere, its sizes by PGP2X, and each drawn by itself as a CAD surface.
+//! Gaussian sphere without outliers, its sizes by PGP2X, and each drawn by itself as a CAD surface.
 //!
 //! Source: doctoral thesis "Extracting Structured Models From Raw Scans of Manufactured Objects" (2015). Known from it:
 //! the steps and their order. Reconstructed: how each is done, as said where it is. Nothing is joined, closed or made
@@ -15,7 +15,7 @@ use crate::math::Point3;
 use crate::mesh::{Adjacency, Mesh};
 use crate::progress::{Progress, Stage};
 use crate::recognize::Primitive;
-use crate::recognize::gauss::{Classifier, GaussImage, Rules};
+use crate::recognize::gauss::{Classifier, GaussImage, OutlierSearch, Rules, rings};
 use crate::segment::{RegionId, SegmentMethod, Segmentation, Spectral};
 use crate::tolerance::Tolerances;
 
@@ -23,8 +23,7 @@ use crate::tolerance::Tolerances;
 const MISFIT: f64 = 5.0;
 
 /// Draws the primitives of `mesh` as the thesis's Part-to-CAD does. `options.method` may be any; the fit-driven default
-/// stands for 3D-NCuts. The one solid holds an
-/// open shell per primitive, in the order of the regions.
+/// stands for 3D-NCuts. The one solid holds an open shell per primitive, in the order of the regions.
 pub fn run_thesis(
     mesh: &Mesh,
     options: &Options,
@@ -82,6 +81,8 @@ fn recognized(
     let primitives = crate::par::map(&triangles, |triangles| {
         let inside = inside(&part.mesh, triangles, &depths);
         let image = GaussImage::of_triangles(&filtered, inside.iter().map(|&t| t as usize));
+        let outliers = OutlierSearch::default().run(&image, &rings(&filtered, &part.adjacency, &inside));
+        let image = image.kept(&outliers);
         let vertices = vertices_of(&part.mesh, &inside);
         let samples = Samples {
             points: vertices.iter().map(|&v| part.mesh.vertices[v as usize]).collect(),

@@ -6,6 +6,7 @@
 //! become one (`merge`), and what is left over is given to its neighbours or called freeform (`finish`). Thresholds are
 //! sigmas of the measured noise and vertex spacings.
 
+mod baseline;
 mod blunt;
 mod border;
 mod bridge;
@@ -27,6 +28,7 @@ mod spectral;
 mod split;
 mod turned;
 
+pub use baseline::Baseline;
 pub use field::Field;
 pub use spectral::{MOST_ASKED, Nodes, Spectral};
 
@@ -62,6 +64,25 @@ pub enum SegmentMethod {
     NCuts(Spectral),
     /// The thesis's 3D-PIC: groups by power iteration on a graph.
     Pic(Spectral),
+    /// Hierarchical fitting primitives: patches merged by how well one surface fits them.
+    Hfp(Baseline),
+    /// Liu and Zhang's: groups by the eigenvectors of all distances over the surface.
+    LiuZhang(Baseline),
+    /// Xiao and others': peaks of the Gauss map, then modes of the mean curvature. It finds the number itself.
+    Xiao {
+        /// Seed of its random votes.
+        seed: u64,
+    },
+}
+
+impl SegmentMethod {
+    /// Most vertices that a part may have, where a method has a limit: see [`Spectral::most_vertices`].
+    pub fn most_vertices(&self) -> Option<usize> {
+        match self {
+            Self::NCuts(spectral) | Self::Pic(spectral) => spectral.most_vertices(),
+            Self::FitDriven | Self::Hfp(_) | Self::LiuZhang(_) | Self::Xiao { .. } => None,
+        }
+    }
 }
 
 /// What a user may choose; everything else follows the measured noise.
@@ -75,6 +96,15 @@ pub struct SegmentOptions {
     pub ground: Option<Plane>,
 }
 
+/// A conditioned mesh as all methods but the default see it.
+struct Scan<'a> {
+    mesh: &'a Mesh,
+    adjacency: &'a Adjacency,
+    field: &'a Field<'a>,
+    /// Deviation of the raw normals of triangles, radians.
+    normal_noise: f64,
+}
+
 /// Segments a conditioned mesh.
 ///
 /// `normals`: one filtered unit normal per vertex, out of the material.
@@ -86,11 +116,13 @@ pub fn segment(
     options: &SegmentOptions,
 ) -> Segmentation {
     let field = Field::new(mesh, adjacency, normals, tolerances, options.ground);
-    let noise = tolerances.normal_noise();
-    let by_graph = |vectors, spectral| spectral::run(mesh, adjacency, &field, noise, vectors, spectral);
+    let scan = Scan { mesh, adjacency, field: &field, normal_noise: tolerances.normal_noise() };
     match &options.method {
-        SegmentMethod::NCuts(spectral) => by_graph(spectral::Vectors::Eigen, spectral),
-        SegmentMethod::Pic(spectral) => by_graph(spectral::Vectors::Power, spectral),
+        SegmentMethod::NCuts(spectral) => spectral::run(&scan, spectral::Vectors::Eigen, spectral),
+        SegmentMethod::Pic(spectral) => spectral::run(&scan, spectral::Vectors::Power, spectral),
+        SegmentMethod::Hfp(baseline) => baseline::hfp::run(&scan, baseline),
+        SegmentMethod::LiuZhang(baseline) => baseline::liu_zhang::run(&scan, baseline),
+        SegmentMethod::Xiao { seed } => baseline::xiao::run(&scan, *seed),
         SegmentMethod::FitDriven => fit_driven(mesh, adjacency, field, options),
     }
 }

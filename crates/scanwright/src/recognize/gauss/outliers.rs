@@ -14,7 +14,7 @@
 //! numbers of half the neighbours.
 
 use crate::math::{Vec3, stats};
-use crate::mesh::{Adjacency, Csr, Mesh};
+use crate::mesh::{Adjacency, Csr, Mesh, TriId};
 use crate::par;
 
 use super::GaussImage;
@@ -74,7 +74,8 @@ impl GaussImage {
     /// The image of a whole mesh without its outliers, and what they were: one per triangle with an area.
     pub fn without_outliers(mesh: &Mesh, adjacency: &Adjacency, search: &OutlierSearch) -> (Self, Outliers) {
         let image = Self::of_mesh(mesh);
-        let outliers = search.run(&image, &rings(mesh, adjacency));
+        let all: Vec<TriId> = (0..mesh.triangles.len() as TriId).collect();
+        let outliers = search.run(&image, &rings(mesh, adjacency, &all));
         (image.kept(&outliers), outliers)
     }
 
@@ -92,22 +93,17 @@ impl GaussImage {
     }
 }
 
-/// Per normal of the image of `mesh`, the normals of the triangles that share a vertex with its own.
-pub fn rings(mesh: &Mesh, adjacency: &Adjacency) -> Csr {
+/// Per normal of the image of `triangles`, which ascend, the normals of those that share a vertex with its own.
+pub fn rings(mesh: &Mesh, adjacency: &Adjacency, triangles: &[TriId]) -> Csr {
     // The same test as the image's.
-    let has_area = |t: &usize| mesh.cross(*t).try_normalize(0.0).is_some();
-    let with_area: Vec<usize> = (0..mesh.triangles.len()).filter(has_area).collect();
-    let mut number = vec![u32::MAX; mesh.triangles.len()];
-    for (n, &t) in with_area.iter().enumerate() {
-        number[t] = n as u32;
-    }
-    let ring = |&t: &usize| {
-        let around = mesh.triangles[t].iter().flat_map(|&v| adjacency.vertex_triangles.row(v as usize));
-        let mut ring: Vec<u32> = around
-            .filter(|u| **u as usize != t)
-            .map(|&u| number[u as usize])
-            .filter(|n| *n != u32::MAX)
-            .collect();
+    let has_area = |t: &TriId| mesh.cross(*t as usize).try_normalize(0.0).is_some();
+    let with_area: Vec<TriId> = triangles.iter().copied().filter(has_area).collect();
+    let ring = |&t: &TriId| {
+        let corners = mesh.triangles[t as usize];
+        let around = corners.iter().flat_map(|&v| adjacency.vertex_triangles.row(v as usize));
+        let others = around.filter(|u| **u != t);
+        let mut ring: Vec<u32> =
+            others.filter_map(|u| with_area.binary_search(u).ok()).map(|number| number as u32).collect();
         ring.sort_unstable();
         ring.dedup();
         ring

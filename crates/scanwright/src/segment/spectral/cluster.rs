@@ -2,6 +2,9 @@
 //!
 //! S. Lloyd, "Least squares quantization in PCM", IEEE Transactions on Information Theory 28 (1982), 129-137; starts by
 //! D. Arthur and S. Vassilvitskii, "k-means++: the advantages of careful seeding", SODA 2007, 1027-1035.
+//!
+//! Of many points a sample is clustered, and all join the nearest of its centers: where a center lies does not gain from
+//! more points, and the rounds would cost minutes for the vertices of a scan.
 
 use crate::par;
 use crate::random::Rng;
@@ -10,20 +13,36 @@ use crate::random::Rng;
 const N_STARTS: u64 = 10;
 /// Most rounds per start.
 const MAX_ROUNDS: usize = 100;
+/// Points that are clustered at most; some hundred per cluster.
+const N_SAMPLE: usize = 16_000;
 
 /// The cluster of every point, below `k`. `points`: rows of equal length; `weights`: one per point.
-pub(super) fn k_means(points: &[Vec<f64>], weights: &[f64], k: usize, seed: u64) -> Vec<u32> {
+pub(in crate::segment) fn k_means(points: &[Vec<f64>], weights: &[f64], k: usize, seed: u64) -> Vec<u32> {
     let k = k.min(points.len());
     if k <= 1 {
         return vec![0; points.len()];
     }
+    if points.len() <= N_SAMPLE {
+        return clustered(points, weights, k, seed).1;
+    }
+    let mut rng = Rng::for_task(seed, "k-means sample", 0);
+    let sample: Vec<usize> = (0..N_SAMPLE).map(|_| rng.below(points.len())).collect();
+    let sampled: Vec<Vec<f64>> = sample.iter().map(|&i| points[i].clone()).collect();
+    let sample_weights: Vec<f64> = sample.iter().map(|&i| weights[i]).collect();
+    let (centers, _) = clustered(&sampled, &sample_weights, k, seed);
+    par::map(points, |point| nearest(point, &centers).0)
+}
+
+/// The centers of the clusters of all points, and the cluster of every point.
+fn clustered(points: &[Vec<f64>], weights: &[f64], k: usize, seed: u64) -> (Vec<Vec<f64>>, Vec<u32>) {
     let starts: Vec<u64> = (0..N_STARTS).collect();
     let runs = par::map(&starts, |&start| {
         let mut rng = Rng::for_task(seed, "k-means", start);
         refine(points, weights, spread(points, weights, k, &mut rng))
     });
     let best = runs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    best.expect("there is a start").1
+    let (_, centers, labels) = best.expect("there is a start");
+    (centers, labels)
 }
 
 /// First centers: each drawn by its squared distance to those before.
@@ -46,8 +65,12 @@ fn spread(points: &[Vec<f64>], weights: &[f64], k: usize, rng: &mut Rng) -> Vec<
     centers
 }
 
-/// Sum of weighted squared distances, and the clusters, after Lloyd's rounds.
-fn refine(points: &[Vec<f64>], weights: &[f64], mut centers: Vec<Vec<f64>>) -> (f64, Vec<u32>) {
+/// Sum of weighted squared distances, the centers and the clusters, after Lloyd's rounds.
+fn refine(
+    points: &[Vec<f64>],
+    weights: &[f64],
+    mut centers: Vec<Vec<f64>>,
+) -> (f64, Vec<Vec<f64>>, Vec<u32>) {
     let mut labels = vec![u32::MAX; points.len()];
     let mut cost = f64::INFINITY;
     for _ in 0..MAX_ROUNDS {
@@ -76,7 +99,7 @@ fn refine(points: &[Vec<f64>], weights: &[f64], mut centers: Vec<Vec<f64>>) -> (
             }
         }
     }
-    (cost, labels)
+    (cost, centers, labels)
 }
 
 fn nearest(point: &[f64], centers: &[Vec<f64>]) -> (u32, f64) {

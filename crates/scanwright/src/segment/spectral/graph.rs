@@ -5,6 +5,9 @@
 //! 255-282. The shift `s` makes the matrix definite; a sparse Cholesky decomposition inverts it. Residuals are verified,
 //! and the basis grows until they are small.
 //!
+//! Of a graph in which most are joined with most, whose decomposition would be full, the largest of `I - L` itself are found:
+//! there the wanted ones stand apart, as long as far nodes are joined weakly.
+//!
 //! Cost: one decomposition, then one solve and one orthogonalization per vector of the basis, of which there are a few
 //! times as many as eigenvectors are asked for. Memory: the basis.
 
@@ -21,9 +24,14 @@ const SHIFT: f64 = 1e-4;
 /// Largest residual of an eigenpair: groups are told apart by entries of about a hundredth.
 const RESIDUAL: f64 = 1e-8;
 
+/// Most vectors of the basis in which `k` eigenpairs are looked for.
+pub(super) fn most_in_basis(k: usize) -> usize {
+    6 * k + 60
+}
+
 /// A symmetric graph: edges with positive weights.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Graph {
+pub(in crate::segment) struct Graph {
     pub n: usize,
     /// Both ends, the lower first, and the weight; each pair once.
     pub edges: Vec<(u32, u32, f64)>,
@@ -31,7 +39,7 @@ pub(super) struct Graph {
 
 /// Eigenvalues, ascending, and their vectors.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Eigen {
+pub(in crate::segment) struct Eigen {
     pub values: Vec<f64>,
     /// One per eigenvalue: a unit vector over the nodes.
     pub vectors: Vec<DVector<f64>>,
@@ -95,7 +103,14 @@ impl Graph {
         if self.n <= DENSE {
             return Some(self.dense(k, &scale));
         }
-        self.lanczos(k, &scale, seed)
+        /// Edges per node beyond which the graph is no sparse one.
+        const SPARSE: usize = 30;
+        if self.edges.len() > SPARSE * self.n {
+            let times = |x: &DVector<f64>| self.normalized_times(&scale, x);
+            return Some(self.lanczos(k, &scale, seed, times, |largest| 1.0 - largest));
+        }
+        let inverse_times = self.inverse(&scale)?;
+        Some(self.lanczos(k, &scale, seed, inverse_times, |largest| 1.0 / largest - SHIFT))
     }
 
     fn dense(&self, k: usize, scale: &[f64]) -> Eigen {
@@ -118,35 +133,48 @@ impl Graph {
         }
     }
 
-    fn lanczos(&self, k: usize, scale: &[f64], seed: u64) -> Option<Eigen> {
+    /// The inverse of `L + s I`, times a vector.
+    fn inverse(&self, scale: &[f64]) -> Option<impl Fn(&DVector<f64>) -> DVector<f64>> {
+        let n = self.n;
         let mut triplets: Vec<Triplet<usize, usize, f64>> =
-            (0..self.n).map(|i| Triplet::new(i, i, 1.0 + SHIFT)).collect();
+            (0..n).map(|i| Triplet::new(i, i, 1.0 + SHIFT)).collect();
         for &(a, b, weight) in &self.edges {
             let (a, b) = (a as usize, b as usize);
             let w = -weight * scale[a] * scale[b];
             triplets.push(Triplet::new(a, b, w));
             triplets.push(Triplet::new(b, a, w));
         }
-        let shifted = SparseColMat::<usize, f64>::try_new_from_triplets(self.n, self.n, &triplets).ok()?;
+        let shifted = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets).ok()?;
         let cholesky = shifted.sp_cholesky(faer::Side::Lower).ok()?;
-        let inverse_times = |x: &DVector<f64>| {
-            let mut y = faer::Mat::from_fn(self.n, 1, |i, _| x[i]);
+        Some(move |x: &DVector<f64>| {
+            let mut y = faer::Mat::from_fn(n, 1, |i, _| x[i]);
             cholesky.solve_in_place(&mut y);
-            DVector::from_fn(self.n, |i, _| y[(i, 0)])
-        };
+            DVector::from_fn(n, |i, _| y[(i, 0)])
+        })
+    }
+
+    /// The eigenpairs of the Laplacian that are the largest ones of `operator`; `value`: theirs from the operator's.
+    fn lanczos(
+        &self,
+        k: usize,
+        scale: &[f64],
+        seed: u64,
+        operator: impl Fn(&DVector<f64>) -> DVector<f64>,
+        value: impl Fn(f64) -> f64,
+    ) -> Eigen {
         let mut rng = Rng::for_task(seed, "lanczos", self.n as u64);
         let mut basis = Basis::start(&DVector::from_fn(self.n, |_, _| rng.normal()));
-        let most = (6 * k + 60).min(self.n);
+        let most = most_in_basis(k).min(self.n);
         let mut size = (2 * k + 20).min(most);
         loop {
-            while basis.len() < size && basis.extend(&inverse_times) {}
-            let eigen = basis.eigenpairs(k);
+            while basis.len() < size && basis.extend(&operator) {}
+            let eigen = basis.eigenpairs(k, &value);
             let worst = eigen.values.iter().zip(&eigen.vectors).map(|(value, vector)| {
                 let off = vector - self.normalized_times(scale, vector) - vector * *value;
                 off.norm()
             });
             if worst.fold(0.0, f64::max) < RESIDUAL || size >= most || basis.len() < size {
-                return Some(eigen);
+                return eigen;
             }
             size = (size + k + 20).min(most);
         }
@@ -191,7 +219,8 @@ impl Basis {
         true
     }
 
-    fn eigenpairs(&self, k: usize) -> Eigen {
+    /// The `k` largest of the operator; `value`: what is wanted of each eigenvalue.
+    fn eigenpairs(&self, k: usize, value: impl Fn(f64) -> f64) -> Eigen {
         let m = self.len();
         let mut tridiagonal = DMatrix::<f64>::zeros(m, m);
         for i in 0..m {
@@ -213,7 +242,7 @@ impl Basis {
             sum.normalize()
         };
         Eigen {
-            values: order.iter().map(|&i| 1.0 / eigen.eigenvalues[i] - SHIFT).collect(),
+            values: order.iter().map(|&i| value(eigen.eigenvalues[i])).collect(),
             vectors: order.iter().map(vector).collect(),
         }
     }

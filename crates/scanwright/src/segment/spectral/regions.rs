@@ -1,12 +1,14 @@
 //! Groups of triangles become regions with surfaces.
 
+use std::ops::Range;
+
 use crate::fit::Fit;
 use crate::mesh::{Adjacency, Mesh, connected};
 use crate::par;
 use crate::recognize::{COST_CAP, Primitive, choose};
 use crate::segment::field::{Field, Scratch};
 use crate::segment::grow::{ACCEPT_COST, BORDER_RINGS, MIN_INTERIOR};
-use crate::segment::{RegionId, Segmentation, primitive};
+use crate::segment::{RegionId, Scan, Segmentation, primitive};
 
 /// Pieces of fewer triangles are given to a neighbour.
 const MIN_PIECE: usize = 40;
@@ -15,8 +17,32 @@ const N_SAMPLES: usize = 400;
 /// What a region costs beside its misfit, in vertices that nothing explains.
 const PRICE: f64 = 10.0;
 
+/// Numbers of groups that are tried out.
+const N_TRIED: usize = 6;
+
+/// The numbers of groups, of those in `numbers`, with the widest gaps after them, widest first;
+/// none when there are none.
+pub(in crate::segment) fn widest_gaps(numbers: Range<usize>, gap: impl Fn(usize) -> f64) -> Vec<usize> {
+    let mut numbers: Vec<usize> = numbers.collect();
+    numbers.sort_by(|&a, &b| gap(b).total_cmp(&gap(a)).then(a.cmp(&b)));
+    numbers.truncate(N_TRIED);
+    numbers
+}
+
+/// The regions of that number of groups, of those `tried`, which surfaces describe best. `groups`: the group of every
+/// triangle for a number.
+pub(in crate::segment) fn best_described(
+    scan: &Scan,
+    tried: &[usize],
+    groups: impl Fn(usize) -> Vec<u32> + Sync + Send,
+) -> Segmentation {
+    let segmented = par::map(tried, |&k| of_groups(scan, &groups(k)));
+    let best = segmented.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, regions)| regions.segmentation(scan.field)).unwrap_or_default()
+}
+
 /// Regions of the triangles, each with its surface.
-pub(super) struct Regions {
+struct Regions {
     /// One per triangle.
     labels: Vec<u32>,
     /// One per region: its vertices, and its surface; none where no type fits.
@@ -26,10 +52,11 @@ pub(super) struct Regions {
 
 /// The connected pieces of groups of triangles, small ones given to their neighbours; and what they cost: how badly the
 /// best surfaces describe them, and a price per region.
-pub(super) fn of_groups(mesh: &Mesh, adjacency: &Adjacency, field: &Field, groups: &[u32]) -> (f64, Regions) {
+fn of_groups(scan: &Scan, groups: &[u32]) -> (f64, Regions) {
+    let Scan { mesh, adjacency, field, .. } = *scan;
     let labels = without_specks(adjacency, pieces(adjacency, groups));
     let n = labels.iter().max().map_or(0, |last| *last as usize + 1);
-    let members = members(mesh, field, &labels, n);
+    let members = members(mesh, &labels, n);
     let chosen = par::map(&members, |vertices| {
         let mut scratch = Scratch::new(field.n_vertices());
         let interior = field.eroded(vertices, BORDER_RINGS, MIN_INTERIOR, &mut scratch);
@@ -47,7 +74,7 @@ pub(super) fn of_groups(mesh: &Mesh, adjacency: &Adjacency, field: &Field, group
 
 impl Regions {
     /// The regions with their primitives.
-    pub fn segmentation(self, field: &Field) -> Segmentation {
+    fn segmentation(self, field: &Field) -> Segmentation {
         let mut region_of = vec![None; field.n_vertices()];
         for (k, vertices) in self.members.iter().enumerate() {
             for &v in vertices {
@@ -141,7 +168,7 @@ fn numbered(labels: Vec<u32>) -> Vec<u32> {
 }
 
 /// Vertices of each region: where most triangles around are of it.
-fn members(mesh: &Mesh, field: &Field, labels: &[u32], n: usize) -> Vec<Vec<u32>> {
+fn members(mesh: &Mesh, labels: &[u32], n: usize) -> Vec<Vec<u32>> {
     let mut around: Vec<(u32, u32)> = mesh
         .triangles
         .iter()
@@ -156,6 +183,5 @@ fn members(mesh: &Mesh, field: &Field, labels: &[u32], n: usize) -> Vec<Vec<u32>
             members[group[0].1 as usize].push(of_vertex[0].0);
         }
     }
-    debug_assert!(members.iter().map(Vec::len).sum::<usize>() <= field.n_vertices());
     members
 }

@@ -3,9 +3,7 @@
 //! Seeds spread over the triangles, each triangle given to the seed with the shortest way to it, where a way over a crease
 //! is long; seeds moved to the middle of their patches, some rounds over.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
+use super::paths::from_nearest;
 use crate::math::{Point3, Vec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::random::Rng;
@@ -28,9 +26,14 @@ pub(super) fn superfacets(
 ) -> Vec<u32> {
     let n_triangles = mesh.triangles.len();
     let centers: Vec<Point3> = (0..n_triangles).map(|t| mesh.triangle_center(t)).collect();
-    let step = |t: usize, u: usize| {
-        let turn = (normals[t] - normals[u]).norm() / normal_noise.max(f64::MIN_POSITIVE);
-        (centers[t] - centers[u]).norm() * (1.0 + CREASE * turn * turn)
+    let centers = centers.as_slice();
+    let beside = move |t: u32| {
+        let t = t as usize;
+        let step = move |u: u32| {
+            let turn = (normals[t] - normals[u as usize]).norm() / normal_noise.max(f64::MIN_POSITIVE);
+            (u, (centers[t] - centers[u as usize]).norm() * (1.0 + CREASE * turn * turn))
+        };
+        adjacency.across[t].into_iter().flatten().map(step)
     };
     let mut rng = Rng::for_task(seed, "superfacets", 0);
     let stride = n_triangles as f64 / n.clamp(1, n_triangles.max(1)) as f64;
@@ -40,10 +43,10 @@ pub(super) fn superfacets(
     seeds.extend(first_of_parts(adjacency));
     seeds.sort_unstable();
     seeds.dedup();
-    let mut patch_of = nearest_seeds(adjacency, &seeds, &step);
+    let (mut patch_of, _) = from_nearest(n_triangles, &seeds, beside);
     for _ in 0..ROUNDS {
-        seeds = middles(mesh, &centers, &patch_of, seeds.len());
-        patch_of = nearest_seeds(adjacency, &seeds, &step);
+        seeds = middles(mesh, centers, &patch_of, seeds.len());
+        (patch_of, _) = from_nearest(n_triangles, &seeds, beside);
     }
     patch_of
 }
@@ -56,33 +59,6 @@ fn first_of_parts(adjacency: &Adjacency) -> Vec<TriId> {
         first[*part as usize] = t as TriId;
     }
     first
-}
-
-/// Dijkstra's algorithm from all seeds at once: E. Dijkstra, Numerische Mathematik 1 (1959), 269-271.
-fn nearest_seeds(adjacency: &Adjacency, seeds: &[TriId], step: &impl Fn(usize, usize) -> f64) -> Vec<u32> {
-    let n = adjacency.across.len();
-    let (mut patch_of, mut length) = (vec![u32::MAX; n], vec![f64::INFINITY; n]);
-    // Lengths of ways are not negative: their bits are in their order.
-    let mut heap = BinaryHeap::new();
-    for (k, &seed) in seeds.iter().enumerate() {
-        length[seed as usize] = 0.0;
-        heap.push(Reverse((0_u64, k as u32, seed)));
-    }
-    while let Some(Reverse((bits, patch, t))) = heap.pop() {
-        let t = t as usize;
-        if patch_of[t] != u32::MAX {
-            continue;
-        }
-        patch_of[t] = patch;
-        for u in adjacency.across[t].into_iter().flatten() {
-            let way = f64::from_bits(bits) + step(t, u as usize);
-            if patch_of[u as usize] == u32::MAX && way < length[u as usize] {
-                length[u as usize] = way;
-                heap.push(Reverse((way.to_bits(), patch, u)));
-            }
-        }
-    }
-    patch_of
 }
 
 /// The triangle nearest to the middle of each patch.
