@@ -84,6 +84,23 @@ fn a_box_on_the_table_gets_its_bottom() {
 }
 
 #[test]
+fn a_shadow_that_reaches_the_table_does_not_keep_the_bottom_open() {
+    let size = [24.0, 20.0, 18.0];
+    let whole = block(size);
+    // Unseen: the bottom, a skirt, and on two of the walls and round a corner what something above them hid.
+    let shadow =
+        |p: Point3| p.z < 14.0 && ((p.x - 12.0).abs() < 5.0 && p.y < 1.0 || p.x > 23.0 && p.y > 15.0);
+    let seen = whole.without(|t, p| t == BOTTOM || p.z < 2.0 || shadow(p));
+    let closed = seen.close(Some(&table(0.0)));
+    assert_closed(&closed);
+    let supports = closed.assumed_faces.iter().filter(|f| f.assumption == Assumption::Support).count();
+    assert_eq!(supports, 1, "{:?}", assumptions(&closed));
+    // The membrane cuts the corner that it grows back by less than a triangle.
+    let cut = 14.0 * STEP * STEP / 2.0;
+    assert_near(closed.labelled.mesh.signed_volume(), size.iter().product(), cut, "volume");
+}
+
+#[test]
 fn a_bore_goes_down_to_the_table() {
     let whole = pipe(14.0, 6.0, 40.0);
     let seen = whole.without(|t, p| t == 3 || (t == 0 && p.z < -18.0) || (t == 1 && p.z < 3.0));

@@ -10,6 +10,7 @@ mod patch;
 mod sheet;
 mod shell;
 mod shoulder;
+mod undercut;
 
 use super::LabelledMesh;
 use crate::condition::Support;
@@ -128,39 +129,60 @@ fn bridge_bores(shell: &mut Shell, holes: &mut Vec<Hole>) {
 /// and table that segmentation drops is up to three wide, teeth of the rim as much again.
 const NEAR_SUPPORT: f64 = 8.0;
 
+/// Ends on the table what stands on it: with contact lines parted from what was hidden above them, else as loops are.
 fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, made: &mut Made) {
-    let mut members: Vec<(usize, Vec<u32>)> = Vec::new();
+    let near = NEAR_SUPPORT * shell.spacing;
+    let (mut trial, mut trial_holes) = (shell.clone(), holes.clone());
+    let parted = undercut::part_at_table(&mut trial, &mut trial_holes, table, near);
+    if !parted.is_empty() {
+        let contacts: Vec<usize> = parted.iter().map(|(i, _)| *i).collect();
+        if let Some((label, closed)) = end_on_table(&mut trial, &trial_holes, table)
+            && contacts.iter().all(|i| closed.contains(i))
+        {
+            let mut left = without(trial_holes, &closed);
+            left.extend(parted.into_iter().flat_map(|(_, windows)| windows));
+            (*shell, *holes) = (trial, left);
+            made.support.push(label);
+            return;
+        }
+    }
+    if let Some((label, closed)) = end_on_table(shell, holes, table) {
+        *holes = without(std::mem::take(holes), &closed);
+        made.support.push(label);
+    }
+}
+
+fn without(holes: Vec<Hole>, gone: &[usize]) -> Vec<Hole> {
+    holes.into_iter().enumerate().filter(|(i, _)| !gone.contains(i)).map(|(_, hole)| hole).collect()
+}
+
+/// Extends the holes that stand on the table to it and closes them there. Returns the label of the bottom, and which
+/// holes were closed; `None`, changing nothing, when none stands there.
+fn end_on_table(shell: &mut Shell, holes: &[Hole], table: &Plane) -> Option<(u32, Vec<usize>)> {
+    let mut group: Vec<(usize, Vec<u32>)> = Vec::new();
     for (i, hole) in holes.iter().enumerate() {
         if is_pinhole(shell, hole) {
             continue;
         }
         if let Some(mouth) = mouth::mouth(shell, hole).filter(|mouth| mouth.arrives_at(shell, table)) {
-            members.push((i, vec![mouth.label; hole.rim.len()]));
-            continue;
-        }
-        if sheet::surrounds(shell, hole, table, NEAR_SUPPORT * shell.spacing) {
-            members.push((i, hole.labels.clone()));
+            group.push((i, vec![mouth.label; hole.rim.len()]));
+        } else if sheet::surrounds(shell, hole, table, NEAR_SUPPORT * shell.spacing) {
+            group.push((i, hole.labels.clone()));
         }
     }
     let bottom = Plane { point: table.point, normal: -table.normal };
-    let mut group: Vec<(usize, Vec<u32>)> = members;
     while !group.is_empty() {
         let chosen: Vec<&Hole> = group.iter().map(|(i, _)| &holes[*i]).collect();
         let walls: Vec<Vec<u32>> = group.iter().map(|(_, walls)| walls.clone()).collect();
         let label = shell.add_plane(bottom);
         if extend::extend_and_cap(shell, &chosen, &walls, &bottom, label) {
-            made.support.push(label);
-            let mut gone: Vec<usize> = group.iter().map(|(i, _)| *i).collect();
-            gone.sort_unstable();
-            for i in gone.into_iter().rev() {
-                holes.remove(i);
-            }
-            return;
+            return Some((label, group.into_iter().map(|(i, _)| i).collect()));
         }
         shell.primitives.pop();
         // The shortest loop is the least certain to stand on the table.
         group.pop();
     }
+    None
 }
 
 /// Whether a hole lies inside one region and is smaller than any opening that a scan can show: data that is missing, not
