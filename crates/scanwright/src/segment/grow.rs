@@ -243,11 +243,19 @@ pub(super) fn settle_as(
     collect(field, &choice, &interior, scratch)
 }
 
+/// Samples of a settled fit to `n` vertices: enough that its parameters are at the floor of the noise.
+///
+/// Its error costs every vertex in proportion to one over the samples. With their number fixed the sum would grow with the
+/// face, and from some hundred thousand vertices on be worth more than the price of a second surface.
+pub(super) fn n_settled(n: usize) -> usize {
+    const LEAST: usize = 400;
+    const VERTICES_PER_SAMPLE: usize = 64;
+    LEAST.max(n / VERTICES_PER_SAMPLE)
+}
+
 fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Vec<u32>, Samples) {
-    /// Samples of a settled fit: enough that its parameters are at the floor of the noise.
-    const N_SETTLED: usize = 400;
     let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
-    let samples = field.samples(&interior, N_SETTLED);
+    let samples = field.samples(&interior, n_settled(interior.len()));
     (interior, samples)
 }
 

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use super::cover::Cover;
 use super::field::{Field, Scratch};
-use super::grow::{BORDER_RINGS, MIN_INTERIOR};
+use super::grow::{BORDER_RINGS, MIN_INTERIOR, n_settled};
 use super::label::{BORDER_COST, Labels};
 use super::select::{DEAD_ZONE, PRICE, UNEXPLAINED};
 use crate::fit::Fit;
@@ -21,8 +21,8 @@ use crate::surface::SurfaceKind;
 
 /// Vertices of the smallest region that can be merged.
 const MIN_REGION: usize = 20;
-/// Samples of a joint fit.
-const N_SAMPLES: usize = 400;
+/// Samples of each of two regions that a joint surface must not be far off.
+const N_SAMPLES: usize = 200;
 /// Mean cost of either region under a joint surface, at most: no border is worth a region that it does not describe.
 const MOST_COST: f64 = 5.0;
 
@@ -105,13 +105,14 @@ fn absorb(
 
 /// The joint surface of two pieces that saves most; `None` when none saves anything.
 fn joint(field: &Field, cover: &Cover, a: &Piece, b: &Piece, n_border: usize) -> Option<Joint> {
-    let [sa, sb] = [a, b].map(|piece| field.samples(&piece.interior, N_SAMPLES / 2));
+    let [sa, sb] = [a, b].map(|piece| field.samples(&piece.interior, N_SAMPLES));
     let apart = |fit: &Fit, samples| mean_cost(fit, samples, &field.weights) > 0.8 * COST_CAP;
     if apart(&a.fit, &sb) && apart(&b.fit, &sa) {
         return None;
     }
     let (na, nb) = (a.interior.len(), b.interior.len());
-    let share = |n: usize| (N_SAMPLES * n / (na + nb)).clamp(N_SAMPLES / 10, N_SAMPLES);
+    let n_samples = n_settled(na + nb);
+    let share = |n: usize| (n_samples * n / (na + nb)).clamp(n_samples / 10, n_samples);
     let both = field.samples(&a.interior, share(na)).followed_by(&field.samples(&b.interior, share(nb)));
     let price = |kind: SurfaceKind| PRICE * kind.degrees_of_freedom() as f64;
     let [ka, kb] = [a, b].map(|piece| piece.fit.surface.kind());

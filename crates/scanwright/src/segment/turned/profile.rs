@@ -89,8 +89,9 @@ fn outer_end(counts: &BTreeMap<(i64, i64), usize>, starts: &BTreeSet<(i64, i64)>
 
 /// Shortest ways from `first` over neighbouring cells, in tenths of a cell.
 fn ways(counts: &BTreeMap<(i64, i64), usize>, first: (i64, i64)) -> BTreeMap<(i64, i64), i64> {
-    /// Cells from one to the next, at most: one may be missing between two.
-    const JUMP: i64 = 2;
+    /// Cells from one to the next, at most: the rows of a scanner's grid along the axis lie up to one and a half spacings
+    /// apart, as each cell of the grid gives more than one vertex.
+    const JUMP: i64 = 3;
     let mut lengths = BTreeMap::from([(first, 0)]);
     let mut front = BTreeSet::from([(0, first)]);
     while let Some((length, at)) = front.pop_first() {
