@@ -112,6 +112,11 @@ fn ways(counts: &BTreeMap<(i64, i64), usize>, first: (i64, i64)) -> BTreeMap<(i6
     lengths
 }
 
+/// Whether the material is on the right of a profile.
+pub(super) fn has_material_right(means: &[Mean]) -> bool {
+    means.windows(2).map(|m| m[0].normal.perp(&(m[1].at - m[0].at))).sum::<f64>() < 0.0
+}
+
 fn binned(
     field: &Field,
     frame: &Frame,

@@ -202,7 +202,7 @@ impl Run {
         let (vertices, start) = self.vertices(field, regions, members);
         let means = profile::means(field, &self.frame, &vertices, &start)?;
         let scale = Scale { sigma: field.weights.distance_sigma, blur: field.blur, spacing: field.spacing };
-        let before = self.before(field, regions, &vertices, &means, &scale)?;
+        let before = self.before(field, regions, members, &vertices, &means, &scale)?;
         let pieces: Vec<Piece> = self.ends.iter().map(|end| end.1).collect();
         let best = best_chain(&pieces, &means, &scale)?;
         let enough = (before.cost - CLEARLY_BETTER).min(REMAINING * before.cost);
@@ -239,6 +239,7 @@ impl Run {
         &self,
         field: &Field,
         regions: &Regions,
+        members: &[Vec<u32>],
         vertices: &[u32],
         means: &[Mean],
         scale: &Scale,
@@ -255,7 +256,7 @@ impl Run {
                 None => votes[nearest].push((region, 1)),
             }
         }
-        let (mut feet, mut normals) = (Vec::new(), Vec::new());
+        let (mut feet, mut normals, mut order) = (Vec::new(), Vec::new(), Vec::new());
         for (mean, votes) in means.iter().zip(&votes) {
             let Some(&(region, _)) = votes.iter().max_by_key(|vote| (vote.1, vote.0)) else { continue };
             let Some(fit) = regions.fits[region as usize] else { return Some(Misfit::NOTHING) };
@@ -267,6 +268,7 @@ impl Run {
             let distance = (0..N_TURNS).map(off).sum::<f64>() / N_TURNS as f64;
             feet.push(mean.at - mean.normal * distance);
             normals.push(mean.normal);
+            order.push((region, mean.at));
         }
         let freedom = |k: &u32| match regions.fits[*k as usize].map(|f| f.surface.kind()) {
             Some(SurfaceKind::Plane | SurfaceKind::Cylinder) => 1,
@@ -274,7 +276,65 @@ impl Run {
             _ => 3,
         };
         let n_free = self.regions.iter().map(freedom).sum();
-        Some(Outline::through(feet, &normals).held_against(means, scale, n_free))
+        // A line through the feet cuts the corners between faces; a chain of the faces does not.
+        let bevelled = Outline::through(feet, &normals).held_against(means, scale, n_free);
+        let chain = self.chain_of(field, regions, members, means, &order);
+        let chained =
+            chain.and_then(|c| c.outline(means, scale.spacing)).map(|o| o.held_against(means, scale, n_free));
+        Some(match chained {
+            Some(chained) if chained.cost < bevelled.cost => chained,
+            _ => bevelled,
+        })
+    }
+
+    /// The regions that are there as a chain. `order`: the region of every place of the profile. `None` where they do not
+    /// follow one another each once from end to end.
+    fn chain_of(
+        &self,
+        field: &Field,
+        regions: &Regions,
+        members: &[Vec<u32>],
+        means: &[Mean],
+        order: &[(u32, Vector2<f64>)],
+    ) -> Option<Chain> {
+        let groups: Vec<&[(u32, Vector2<f64>)]> = order.chunk_by(|a, b| a.0 == b.0).collect();
+        let first = *self.ends.first()?;
+        let last = self.ends.get(1).copied();
+        let piece = |region: u32| {
+            let end = self.ends.iter().find(|end| end.0 == Some(region));
+            let fit = regions.fits[region as usize]?;
+            end.map_or_else(
+                || piece_of(field, &self.frame, &fit, &members[region as usize]),
+                |end| Some(end.1),
+            )
+        };
+        let mut pieces: Vec<Piece> = groups.iter().map(|g| piece(g[0].0)).collect::<Option<_>>()?;
+        let mut hints: Vec<Vector2<f64>> = groups
+            .windows(2)
+            .map(|g| nalgebra::center(&g[0][g[0].len() - 1].1.into(), &g[1][0].1.into()).coords)
+            .collect();
+        // The table is no region of the profile.
+        for (end, place) in [(Some(first), 0), (last, usize::MAX)] {
+            if let Some((None, table)) = end {
+                let place = place.min(pieces.len());
+                pieces.insert(place, table);
+                let hint = if place == 0 { order.first()?.1 } else { order.last()?.1 };
+                hints.insert(place.min(hints.len()), hint);
+            }
+        }
+        let mut seen: Vec<u32> = groups.iter().map(|g| g[0].0).collect();
+        let (n, runs_from_first) = (seen.len(), first.0.is_none() || seen.first().copied() == first.0);
+        let runs_to_last = last.is_none_or(|end| end.0.is_none() || seen.last().copied() == end.0);
+        seen.sort_unstable();
+        seen.dedup();
+        let each_once = seen.len() == n && runs_from_first && runs_to_last && pieces.len() > 1;
+        each_once.then(|| Chain {
+            radii: vec![0.0; hints.len()],
+            hints,
+            pieces,
+            material_right: profile::has_material_right(means),
+            known: [true, last.is_some()],
+        })
     }
 
     fn faces(

@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 
 use super::chain::{Arc, BEYOND, Chain, Element, Fitted, Line, PRICE, Piece, Scale};
-use super::profile::Mean;
+use super::profile::{Mean, has_material_right};
 use crate::math::nearest_circle;
 
 /// Lines between the ends, at most.
@@ -19,8 +19,7 @@ const SHORTEST: f64 = 1.0;
 
 /// The chain that describes the profile best, between the pieces known at one or both of its ends.
 pub(super) fn best_chain(ends: &[Piece], means: &[Mean], scale: &Scale) -> Option<Fitted> {
-    let turn: f64 = means.windows(2).map(|m| m[0].normal.perp(&(m[1].at - m[0].at))).sum();
-    let material_right = turn < 0.0;
+    let material_right = has_material_right(means);
     let mut best: Option<Fitted> = None;
     for cut in cuts(ends, means) {
         let chain = Chain {
