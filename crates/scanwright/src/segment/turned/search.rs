@@ -107,6 +107,9 @@ fn refined(mut best: Fitted, means: &[Mean], scale: &Scale) -> Option<Fitted> {
     while let Some(better) = with_arc(&best, means, scale) {
         best = better;
     }
+    while let Some(better) = without_one(&best, means, scale) {
+        best = better;
+    }
     best = rounded(best, means, scale);
     best = squared(best, means, scale);
     let outline = best.chain.outline(means, scale.spacing)?;
@@ -151,6 +154,28 @@ fn with_arc(best: &Fitted, means: &[Mean], scale: &Scale) -> Option<Fitted> {
         }
     }
     found
+}
+
+/// The best chain without one of its pieces, if it is better: lines that an arc has taken from others may be left over.
+fn without_one(best: &Fitted, means: &[Mean], scale: &Scale) -> Option<Fitted> {
+    let chain = &best.chain;
+    let (low, high) = (usize::from(chain.known[0]), chain.pieces.len() - usize::from(chain.known[1]));
+    let without = |k: usize| {
+        let mut next = chain.clone();
+        next.pieces.remove(k);
+        // Of the two corners at a piece one goes; the other is where its neighbours meet.
+        let gone = k.min(next.hints.len() - 1);
+        next.hints.remove(gone);
+        next.radii.remove(gone);
+        if k > 0 && k < chain.hints.len() {
+            next.hints[k - 1] = (chain.hints[k - 1] + chain.hints[k]) * 0.5;
+            next.radii[k - 1] = 0.0;
+        }
+        next.fitted(means, scale, &[])
+    };
+    let found = (low..high).filter(|_| chain.pieces.len() > 2).filter_map(without);
+    let better = found.filter(|f| f.misfit.cost < best.misfit.cost);
+    better.min_by(|a, b| a.misfit.cost.total_cmp(&b.misfit.cost))
 }
 
 /// The chain with corners between lines rounded where that pays.
