@@ -228,7 +228,12 @@ fn reaches_out(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) 
 pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) -> Option<Hypothesis> {
     let (interior, samples) = settling_samples(field, region, scratch);
     let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(fit))?;
-    collect(field, &choice, &interior, scratch)
+    // What settles the type need not settle the parameters of a large face.
+    let more = n_settled(interior.len());
+    let settled = (more > N_SETTLED).then(|| field.samples(&interior, more)).and_then(|samples| {
+        fit_kind(choice.fit.surface.kind(), &samples, &field.weights, &field.limits, Some(&choice.fit))
+    });
+    collect(field, &settled.unwrap_or(choice), &interior, scratch)
 }
 
 /// The same without a choice: the type of `fit` stands.
@@ -243,19 +248,21 @@ pub(super) fn settle_as(
     collect(field, &choice, &interior, scratch)
 }
 
+/// Samples that settle the type of a face, and the parameters of one that is not large.
+const N_SETTLED: usize = 400;
+
 /// Samples of a settled fit to `n` vertices: enough that its parameters are at the floor of the noise.
 ///
 /// Its error costs every vertex in proportion to one over the samples. With their number fixed the sum would grow with the
 /// face, and from some hundred thousand vertices on be worth more than the price of a second surface.
 pub(super) fn n_settled(n: usize) -> usize {
-    const LEAST: usize = 400;
     const VERTICES_PER_SAMPLE: usize = 64;
-    LEAST.max(n / VERTICES_PER_SAMPLE)
+    N_SETTLED.max(n / VERTICES_PER_SAMPLE)
 }
 
 fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Vec<u32>, Samples) {
     let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
-    let samples = field.samples(&interior, n_settled(interior.len()));
+    let samples = field.samples(&interior, N_SETTLED);
     (interior, samples)
 }
 

@@ -120,6 +120,9 @@ fn joint(field: &Field, cover: &Cover, a: &Piece, b: &Piece, n_border: usize) ->
         fit_kind(piece.fit.surface.kind(), &both, &field.weights, &field.limits, Some(&piece.fit))
     });
     let larger = if na < nb { b.fit } else { a.fit };
+    if let Some(fit) = explains_as_wave(field, cover, a, b) {
+        return Some(Joint { saved: f64::INFINITY, fit });
+    }
     let candidates = std::iter::once(larger).chain(refitted.into_iter().flatten().map(|choice| choice.fit));
     candidates
         .filter_map(|fit| {
@@ -136,6 +139,28 @@ fn joint(field: &Field, cover: &Cover, a: &Piece, b: &Piece, n_border: usize) ->
             (saved > 0.0).then_some(Joint { saved, fit })
         })
         .max_by(|x, y| x.saved.total_cmp(&y.saved))
+}
+
+/// The surface of the larger of two pieces of one kind where it describes the smaller as well as the place that its waves
+/// lift highest must be expected to: of `n` places with normal deviations the highest lies about `sqrt(2 ln n)` deviations
+/// off (H. Cramér, "Mathematical Methods of Statistics", Princeton 1946, 28.6), so that on a large face some always look
+/// like faces of their own.
+fn explains_as_wave(field: &Field, cover: &Cover, a: &Piece, b: &Piece) -> Option<Fit> {
+    /// Vertices of one independent place: waves are some five spacings long.
+    const PLACE: f64 = 50.0;
+    /// Share of the larger piece that a wave may take.
+    const SMALL: f64 = 0.05;
+    let (large, small) = if a.members.len() < b.members.len() { (b, a) } else { (a, b) };
+    let n = large.members.len() as f64;
+    if large.fit.surface.kind() != small.fit.surface.kind() || small.members.len() as f64 > SMALL * n {
+        return None;
+    }
+    let made_of = [a.labels.as_slice(), &b.labels].concat();
+    let sum: f64 =
+        small.members.iter().map(|&v| capped(cover.cost_under(field, &large.fit, &made_of, v))).sum();
+    // Half of the variance is waves, half white noise, whose mean is one.
+    let highest = (n / PLACE).max(1.0).ln() + 0.5;
+    (sum < highest * small.members.len() as f64).then_some(large.fit)
 }
 
 fn capped(cost: f64) -> f64 {
