@@ -141,25 +141,30 @@ fn joint(field: &Field, cover: &Cover, a: &Piece, b: &Piece, n_border: usize) ->
         .max_by(|x, y| x.saved.total_cmp(&y.saved))
 }
 
-/// The surface of the larger of two pieces of one kind where it describes the smaller as well as the place that its waves
-/// lift highest must be expected to: of `n` places with normal deviations the highest lies about `sqrt(2 ln n)` deviations
-/// off (H. Cramér, "Mathematical Methods of Statistics", Princeton 1946, 28.6), so that on a large face some always look
-/// like faces of their own.
-fn explains_as_wave(field: &Field, cover: &Cover, a: &Piece, b: &Piece) -> Option<Fit> {
+/// Mean cost under the surface of a face of `n_face` vertices up to which `n` others beside it may be a wave of it; `None`
+/// where they are too many, or the face has so few places that the price of a surface keeps waves out. Of `k` places with normal deviations the highest lies about `sqrt(2 ln k)` deviations off
+/// (H. Cramér, "Mathematical Methods of Statistics", Princeton 1946, 28.6), so that on a large face some always look like
+/// faces of their own.
+pub(super) fn highest_wave(n_face: usize, n: usize) -> Option<f64> {
     /// Vertices of one independent place: waves are some five spacings long.
     const PLACE: f64 = 50.0;
-    /// Share of the larger piece that a wave may take.
+    /// Share of the face that a wave may take.
     const SMALL: f64 = 0.05;
+    /// Places from which on some wave is worth the price of a surface in practice.
+    const MANY: f64 = 600.0;
+    let n_places = n_face as f64 / PLACE;
+    // Half of the variance is waves, half white noise, whose mean is one.
+    (n_places >= MANY && n as f64 <= SMALL * n_face as f64).then(|| n_places.ln() + 0.5)
+}
+
+/// The surface of the larger of two pieces of one kind, where the smaller may be a wave of it.
+fn explains_as_wave(field: &Field, cover: &Cover, a: &Piece, b: &Piece) -> Option<Fit> {
     let (large, small) = if a.members.len() < b.members.len() { (b, a) } else { (a, b) };
-    let n = large.members.len() as f64;
-    if large.fit.surface.kind() != small.fit.surface.kind() || small.members.len() as f64 > SMALL * n {
-        return None;
-    }
+    let highest = highest_wave(large.members.len(), small.members.len())
+        .filter(|_| large.fit.surface.kind() == small.fit.surface.kind())?;
     let made_of = [a.labels.as_slice(), &b.labels].concat();
     let sum: f64 =
         small.members.iter().map(|&v| capped(cover.cost_under(field, &large.fit, &made_of, v))).sum();
-    // Half of the variance is waves, half white noise, whose mean is one.
-    let highest = (n / PLACE).max(1.0).ln() + 0.5;
     (sum < highest * small.members.len() as f64).then_some(large.fit)
 }
 
@@ -279,5 +284,60 @@ mod tests {
     #[test]
     fn two_faces_that_the_scan_tells_apart_stay_two() {
         assert_eq!(n_left([0.0, 0.15]), 2, "a chamfer of nine degrees");
+    }
+
+    /// Number of labels left of a sheet of `side` by `side` vertices, of which a patch of 40 by 40 has a plane of its own,
+    /// higher by some deviations of the noise.
+    fn n_left_of_a_lifted_patch(side: u32, deviations: f64) -> usize {
+        let mut mesh = Mesh::default();
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            mesh.vertices.push(Point3::new(f64::from(i), f64::from(j), 0.0));
+            if i + 1 < side && j + 1 < side {
+                let at = |i: u32, j: u32| i * side + j;
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let n = mesh.vertices.len() as u32;
+        let adjacency = Adjacency::new(&mesh);
+        let tolerances = Tolerances::new(measure(&mesh, &adjacency), None);
+        let normals = vec![Vec3::z(); n as usize];
+        let sigma = Field::new(&mesh, &adjacency, &normals, &tolerances, None).weights.distance_sigma;
+        let is_lifted = |v: u32| [v / side, v % side].iter().all(|x| (10..50).contains(x));
+        for v in (0..n).filter(|v| is_lifted(*v)) {
+            mesh.vertices[v as usize].z = deviations * sigma;
+        }
+        let field = Field::new(&mesh, &adjacency, &normals, &tolerances, None);
+        let fits = [0.0, deviations * sigma].map(|z| {
+            let plane = Plane { point: Point3::new(0.0, 0.0, z), normal: Vec3::z_axis() };
+            Fit { surface: Surface::Plane(plane), outward: true }
+        });
+        let side_of = |v: u32| usize::from(is_lifted(v));
+        let hypotheses: Vec<Hypothesis> = (0..2)
+            .map(|k| {
+                let own = (0..n).filter(|&v| side_of(v) == k);
+                let support = own.map(|v| (v, field.cost(&fits[k], v) as f32)).collect();
+                Hypothesis { fit: fits[k], mean_cost: 1.0, support }
+            })
+            .collect();
+        let cover = Cover::of(&field, hypotheses.iter());
+        let of_vertex = (0..n).map(|v| Some(side_of(v) as u32)).collect();
+        let mut labels = Labels { of_vertex, fits: fits.to_vec() };
+        merge(&field, &cover, &mut labels);
+        let mut left = labels.of_vertex.clone();
+        left.sort_unstable();
+        left.dedup();
+        left.len()
+    }
+
+    #[test]
+    fn a_place_that_waves_lift_is_no_face_of_a_large_one_and_a_step_is() {
+        assert_eq!(n_left_of_a_lifted_patch(200, 2.5), 1, "one of 800 places");
+        assert_eq!(n_left_of_a_lifted_patch(200, 3.5), 2, "higher than 800 places should be");
+        assert_eq!(highest_wave(20_000, 500), None, "places so few that no wave is worth a surface");
+        assert_eq!(highest_wave(40_000, 4_000), None, "too large for a wave");
+        let [some, more] = [40_000, 400_000].map(|n| highest_wave(n, 500).expect("a wave"));
+        // In normal noise: 2 ln 800 and 2 ln 8000, halved, and the white half.
+        assert!((some - 7.18).abs() < 0.01 && (more - 9.49).abs() < 0.01, "{some}, {more}");
     }
 }

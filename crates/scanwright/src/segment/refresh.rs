@@ -3,6 +3,7 @@
 use super::field::{Field, Hypothesis, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR, collect, settle};
 use super::label::Labels;
+use super::merge::highest_wave;
 use super::narrow::Rim;
 use crate::fit::Fit;
 use crate::par;
@@ -120,6 +121,13 @@ fn joint(field: &Field, a: &Piece, b: &Piece) -> Option<(f64, Fit)> {
     if mean_cost(&a.fit, &sb, &field.weights) > HOPELESS && mean_cost(&b.fit, &sa, &field.weights) > HOPELESS
     {
         return None;
+    }
+    let (large, small, of_small) = if a.members.len() < b.members.len() { (b, a, &sa) } else { (a, b, &sb) };
+    let is_wave = large.fit.surface.kind() == small.fit.surface.kind()
+        && highest_wave(large.members.len(), small.members.len())
+            .is_some_and(|highest| mean_cost(&large.fit, of_small, &field.weights) < highest);
+    if is_wave {
+        return Some((0.0, large.fit));
     }
     // Areas decide the joint fit, so that a small piece cannot bend a large one.
     let (na, nb) = (a.interior.len(), b.interior.len());
