@@ -205,4 +205,12 @@ mod tests {
             assert_eq!(outer_end(&seen, &starts), Some((first_seen as i64, 0)));
         }
     }
+
+    #[test]
+    fn ways_step_over_the_rows_of_a_grid_and_not_over_a_gap() {
+        let wall = |step: i64| (0..10).map(|row| ((0, row * step), 1)).collect::<BTreeMap<_, _>>();
+        // Rows of a fused scan along the axis are 1.2 spacings apart: two cells or three.
+        assert_eq!(ways(&wall(3), (0, 0)).len(), 10);
+        assert_eq!(ways(&wall(4), (0, 0)).len(), 1);
+    }
 }
