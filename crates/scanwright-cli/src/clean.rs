@@ -1,9 +1,9 @@
 //! `scanwright clean`.
 
 use scanwright::denoise::{DenoiseMethod, Neighbors, Sun2007, Weighting};
+use scanwright::io;
 use scanwright::pipeline::{self, Cleaned, Options};
 use scanwright::progress::Progress;
-use scanwright::{io, par};
 
 use crate::args::{CleanArgs, DenoiseFlag, NeighborsFlag};
 use crate::console::{self, Console};
@@ -17,11 +17,7 @@ pub fn run(args: &CleanArgs) -> Result<Code, Failure> {
         return Err(Failure::Usage("--neighbors is for --denoise sun2007 and random-walk".into()));
     }
     outputs::check(&args.scan, &[&args.output], args.force)?;
-    console::handle_interrupts();
-    let console = Console::new(args.quiet);
-    let outcome = par::with_threads(args.threads, || clean(args, &console));
-    console.finish();
-    outcome
+    console::watched(args.quiet, args.threads, |console| clean(args, console))
 }
 
 fn clean(args: &CleanArgs, console: &Console) -> Result<Code, Failure> {
@@ -62,7 +58,9 @@ fn summary(cleaned: &Cleaned) -> String {
     let table = support.as_ref().map_or(0, |s| s.on_table.iter().filter(|on| **on).count());
     let table = if table > 0 { format!("{table} triangles taken away") } else { "none found".to_owned() };
     format!(
-        "mesh      {} triangles, {} vertices\ntable     {table}\nnoise     {:.3}; vertices moved by {moved_rms:.3} rms, in the scan's unit",
+        "mesh      {} triangles, {} vertices\n\
+         table     {table}\n\
+         noise     {:.3}; vertices moved by {moved_rms:.3} rms, in the scan's unit",
         mesh.triangles.len(),
         mesh.vertices.len(),
         measured.noise,

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use scanwright::par;
 use scanwright::progress::Stage;
 
 use crate::exit::{Code, Failure};
@@ -22,6 +23,15 @@ struct Clock {
     last: Instant,
     stages: Vec<(Stage, Duration)>,
     shown: Option<Stage>,
+}
+
+/// Runs `work` on so many threads with a console that shows how far it is, and Ctrl-C that stops it.
+pub fn watched<T: Send>(quiet: bool, threads: Option<usize>, work: impl FnOnce(&Console) -> T + Send) -> T {
+    handle_interrupts();
+    let console = Console::new(quiet);
+    let outcome = par::with_threads(threads, || work(&console));
+    console.finish();
+    outcome
 }
 
 impl Console {

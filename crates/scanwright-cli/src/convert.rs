@@ -5,7 +5,6 @@ use std::path::Path;
 use scanwright::gprimdb::{DatabaseError, Known, take};
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
-use scanwright::par;
 use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, Warning};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
@@ -20,11 +19,7 @@ use crate::{classify, gprimdb, outputs, picture, summary};
 /// Turns a scan into a STEP solid.
 pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
     outputs::check(&args.scan, &output_paths(args), args.force)?;
-    console::handle_interrupts();
-    let console = Console::new(args.quiet);
-    let outcome = par::with_threads(args.threads, || convert(args, &console));
-    console.finish();
-    outcome
+    console::watched(args.quiet, args.threads, |console| convert(args, console))
 }
 
 fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use scanwright::io;
-use scanwright::par;
 use scanwright::pipeline::{self, Options, Segmented};
 use scanwright::progress::Progress;
 use scanwright::report;
@@ -29,11 +28,7 @@ pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
         return Err(Failure::Usage(format!("--regions: {MOST_ASKED} at most")));
     }
     outputs::check(&args.scan, &[&args.output], args.force)?;
-    console::handle_interrupts();
-    let console = Console::new(args.quiet);
-    let outcome = par::with_threads(args.threads, || segment(args, &console));
-    console.finish();
-    outcome
+    console::watched(args.quiet, args.threads, |console| segment(args, console))
 }
 
 fn segment(args: &SegmentArgs, console: &Console) -> Result<Code, Failure> {

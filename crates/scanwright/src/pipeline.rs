@@ -237,11 +237,22 @@ pub fn run_revised(
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
+    Ok(reconstruction(Regions { scan, support, part, segmentation }, model, deviation, warnings))
+}
+
+/// What was found. `warnings`: those about the model.
+fn reconstruction(
+    regions: Regions,
+    model: Model,
+    deviation: Option<Deviation>,
+    warnings: Vec<Warning>,
+) -> Reconstruction {
+    let Regions { scan, support, part, segmentation } = regions;
     let segmentation = stages::on_scan(&scan, &part, &segmentation);
     let of_regions = warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref());
     let warnings = warning::without_repeats(of_regions, warnings);
     let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
-    Ok(Reconstruction {
+    Reconstruction {
         mesh,
         source_triangle,
         conditioned: report,
@@ -252,7 +263,7 @@ pub fn run_revised(
         model,
         deviation,
         warnings,
-    })
+    }
 }
 
 /// The scan, its table, the part on it, and the part's regions.

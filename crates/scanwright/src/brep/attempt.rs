@@ -64,14 +64,17 @@ pub(super) struct Attempt {
 
 /// Diagonal of the box around the triangles that were not assumed: what is assumed may lie far out.
 fn seen_diagonal(closed: &LabelledMesh) -> f64 {
-    let seen = closed.mesh.submesh(|t| !closed.assumed[t]).0;
-    if seen.triangles.is_empty() { closed.mesh.diagonal() } else { seen.diagonal() }
+    let seen = closed.mesh.triangles.iter().zip(&closed.assumed).filter(|(_, assumed)| !**assumed);
+    let points = seen.flat_map(|(t, _)| t.map(|v| closed.mesh.vertices[v as usize]));
+    let bounds = points.map(|p| (p, p)).reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1)));
+    bounds.map_or_else(|| closed.mesh.diagonal(), |(low, high)| (high - low).norm())
 }
 
 impl<'a> Bench<'a> {
     pub(super) fn new(closed: &'a LabelledMesh, tolerances: &'a Tolerances) -> Self {
-        /// Share of the diagonal of what was seen of the part: readers widen their tolerances to the gap they find, and programs refuse a
-        /// part from about a thousandth of its size; a fifth is kept for the difference between their measure and ours.
+        /// Share of the diagonal of what was seen of the part: readers widen their tolerances to the gap they find, and
+        /// programs refuse a part from about a thousandth of its size; a fifth is kept for the difference between their
+        /// measure and ours.
         const LIMIT: f64 = 8e-4;
         let half_edges = HalfEdges::new(&closed.mesh);
         let components = half_edges.components(|_| 0);

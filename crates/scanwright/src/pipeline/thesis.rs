@@ -5,7 +5,9 @@
 //! the steps and their order. Reconstructed: how each is done, as said where it is. Nothing is joined, closed or made
 //! regular here; `run` is the path that makes solids.
 
-use super::{Code, Error, Model, Options, Reconstruction, Regions, Warning, model, regions, stages, warning};
+use super::{
+    Code, Error, Model, Options, Reconstruction, Regions, Warning, model, reconstruction, regions, stages,
+};
 use crate::brep::{self, Solid};
 use crate::condition;
 use crate::denoise::{self, DenoiseMethod, Sun2007};
@@ -45,22 +47,7 @@ pub fn run_thesis(
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    let segmentation = stages::on_scan(&scan, &part, &segmentation);
-    let mut warnings = warning::of_segmentation(&scan.mesh, &segmentation, support.as_ref());
-    warnings.extend(undrawn);
-    let stages::Scan { mesh, source_triangle, report, measured, tolerances, .. } = scan;
-    Ok(Reconstruction {
-        mesh,
-        source_triangle,
-        conditioned: report,
-        measured,
-        tolerances,
-        support,
-        segmentation,
-        model,
-        deviation,
-        warnings,
-    })
+    Ok(reconstruction(Regions { scan, support, part, segmentation }, model, deviation, undrawn))
 }
 
 /// The same regions with their types by normals and their sizes by PGP2X.

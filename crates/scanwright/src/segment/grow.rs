@@ -3,7 +3,7 @@
 use super::cover::Cover;
 use super::field::{Field, Hypothesis, Scratch};
 use super::label::Labels;
-use crate::fit::{Fit, Samples};
+use crate::fit::Fit;
 use crate::math::Vec3;
 use crate::par;
 use crate::recognize::{Choice, choose, fit_kind};
@@ -226,13 +226,12 @@ fn reaches_out(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) 
 
 /// Types the interior of a grown region once more and collects what its surface may explain.
 pub(super) fn settle(field: &Field, fit: &Fit, region: &[u32], scratch: &mut Scratch) -> Option<Hypothesis> {
-    let (interior, samples) = settling_samples(field, region, scratch);
+    let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
+    let samples = field.samples(&interior, N_SETTLED);
     let choice = choose(&samples, interior.len(), &field.weights, &field.limits, Some(fit))?;
     // What settles the type need not settle the parameters of a large face.
-    let more = n_settled(interior.len());
-    let settled = (more > N_SETTLED).then(|| field.samples(&interior, more)).and_then(|samples| {
-        fit_kind(choice.fit.surface.kind(), &samples, &field.weights, &field.limits, Some(&choice.fit))
-    });
+    let is_large = n_settled(interior.len()) > N_SETTLED;
+    let settled = is_large.then(|| fit_settled(field, &choice.fit, &interior)).flatten();
     collect(field, &settled.unwrap_or(choice), &interior, scratch)
 }
 
@@ -243,8 +242,8 @@ pub(super) fn settle_as(
     region: &[u32],
     scratch: &mut Scratch,
 ) -> Option<Hypothesis> {
-    let (interior, samples) = settling_samples(field, region, scratch);
-    let choice = fit_kind(fit.surface.kind(), &samples, &field.weights, &field.limits, Some(fit))?;
+    let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
+    let choice = fit_settled(field, fit, &interior)?;
     collect(field, &choice, &interior, scratch)
 }
 
@@ -253,17 +252,17 @@ const N_SETTLED: usize = 400;
 
 /// Samples of a settled fit to `n` vertices: enough that its parameters are at the floor of the noise.
 ///
-/// Its error costs every vertex in proportion to one over the samples. With their number fixed the sum would grow with the
-/// face, and from some hundred thousand vertices on be worth more than the price of a second surface.
+/// Its error costs every vertex in proportion to one over the samples. With their number fixed the sum would grow with
+/// the face, and from some hundred thousand vertices on be worth more than the price of a second surface.
 pub(super) fn n_settled(n: usize) -> usize {
     const VERTICES_PER_SAMPLE: usize = 64;
     N_SETTLED.max(n / VERTICES_PER_SAMPLE)
 }
 
-fn settling_samples(field: &Field, region: &[u32], scratch: &mut Scratch) -> (Vec<u32>, Samples) {
-    let interior = field.eroded(region, BORDER_RINGS, MIN_INTERIOR, scratch);
-    let samples = field.samples(&interior, N_SETTLED);
-    (interior, samples)
+/// The surface of the kind of `fit` for an interior.
+fn fit_settled(field: &Field, fit: &Fit, interior: &[u32]) -> Option<Choice> {
+    let samples = field.samples(interior, n_settled(interior.len()));
+    fit_kind(fit.surface.kind(), &samples, &field.weights, &field.limits, Some(fit))
 }
 
 /// The hypothesis of a chosen surface: all that it may explain around `interior`; `None` when it fits too badly.

@@ -30,7 +30,7 @@ const LINE_PRICE: f64 = 100.0;
 const PRICE_PER_FREEDOM: f64 = 2.0;
 /// Vertices per independent sample of the noise, which is wavy over some six spacings. Means of cells show nothing but
 /// the noise; `recognize` counts fewer samples, for single vertices also carry what fits leave over.
-const VERTICES_PER_SAMPLE: f64 = 40.0;
+pub(super) const VERTICES_PER_SAMPLE: f64 = 40.0;
 /// Vertices of a part, at least.
 const MIN_PART: usize = 30;
 

@@ -132,16 +132,20 @@ const NEAR_SUPPORT: f64 = 8.0;
 /// Ends on the table what stands on it: with contact lines parted from what was hidden above them, else as loops are.
 fn close_on_support(shell: &mut Shell, holes: &mut Vec<Hole>, table: &Plane, made: &mut Made) {
     let near = NEAR_SUPPORT * shell.spacing;
-    let (mut trial, mut trial_holes) = (shell.clone(), holes.clone());
-    let parted = undercut::part_at_table(&mut trial, &mut trial_holes, table, near);
+    let lines: Vec<_> = holes.iter().map(|hole| undercut::lines(shell, hole, table, near)).collect();
+    let parted: Vec<usize> = (0..holes.len()).filter(|i| !lines[*i].is_empty()).collect();
     if !parted.is_empty() {
-        let contacts: Vec<usize> = parted.iter().map(|(i, _)| *i).collect();
-        if let Some((label, closed)) = end_on_table(&mut trial, &trial_holes, table)
-            && contacts.iter().all(|i| closed.contains(i))
+        let (mut trial, mut contacts, mut windows) = (shell.clone(), holes.clone(), Vec::new());
+        for &i in &parted {
+            let (contact, above) = undercut::parts(&mut trial, &holes[i], &lines[i]);
+            contacts[i] = contact;
+            windows.extend(above);
+        }
+        if let Some((label, closed)) = end_on_table(&mut trial, &contacts, table)
+            && parted.iter().all(|i| closed.contains(i))
         {
-            let mut left = without(trial_holes, &closed);
-            left.extend(parted.into_iter().flat_map(|(_, windows)| windows));
-            (*shell, *holes) = (trial, left);
+            windows.splice(0..0, without(contacts, &closed));
+            (*shell, *holes) = (trial, windows);
             made.support.push(label);
             return;
         }

@@ -2,8 +2,8 @@
 //!
 //! Where a flange overhangs, the shadow it casts on the wall below reaches the table: one loop then runs along the
 //! contact line, up the rim of the shadow and down again. It is parted where it leaves the table and comes back, by a
-//! line along the wall on which it does both, or the two walls, just above the table: they go on there unseen. One of the parts is
-//! the contact line, the others are windows like any.
+//! line along the wall on which it does both, or the two walls, just above the table: they go on there unseen. One of the
+//! parts is the contact line, the others are windows like any.
 
 use super::shell::{Hole, Shell};
 use crate::math::Point3;
@@ -19,26 +19,12 @@ const BULGE: f64 = 0.5;
 /// Steps of the alternating projection onto the wall and the height.
 const STEPS: usize = 12;
 
-/// Parts those holes that come within `near` of `table` (normal towards the part) and also rise above. Returns, per hole
-/// that was parted, its place among `holes`, where the contact line takes it, and its windows.
-pub(super) fn part_at_table(
-    shell: &mut Shell,
-    holes: &mut [Hole],
-    table: &Plane,
-    near: f64,
-) -> Vec<(usize, Vec<Hole>)> {
-    let mut parted = Vec::new();
-    for (i, hole) in holes.iter_mut().enumerate() {
-        let excursions = excursions(shell, hole, table, near);
-        let lines: Option<Vec<Line>> =
-            excursions.iter().map(|excursion| line(shell, hole, table, *excursion)).collect();
-        if let Some(lines) = lines.filter(|lines| !lines.is_empty()) {
-            let (contact, windows) = parts(shell, hole, &lines);
-            *hole = contact;
-            parted.push((i, windows));
-        }
-    }
-    parted
+/// Lines that part a hole which comes within `near` of `table` (normal towards the part) and also rises above; none where
+/// it does not, or where one of them cannot be drawn.
+pub(super) fn lines(shell: &Shell, hole: &Hole, table: &Plane, near: f64) -> Vec<Line> {
+    let excursions = excursions(shell, hole, table, near);
+    let lines: Option<Vec<Line>> = excursions.iter().map(|e| line(shell, hole, table, *e)).collect();
+    lines.unwrap_or_default()
 }
 
 /// Places in a rim of the vertices at the table between which it rises; the second may be beyond the end, counted on.
@@ -65,7 +51,7 @@ fn excursions(shell: &Shell, hole: &Hole, table: &Plane, near: f64) -> Vec<Excur
 }
 
 /// A line along walls that takes the place of an excursion in the contact line.
-struct Line {
+pub(super) struct Line {
     excursion: Excursion,
     /// Between the ends.
     points: Vec<Point3>,
@@ -73,8 +59,8 @@ struct Line {
     walls: Vec<u32>,
 }
 
-/// The line for an excursion that begins and ends on one wall, or on two that meet in an upright corner; `None` where they
-/// do not lead from end to end.
+/// The line for an excursion that begins and ends on one wall, or on two that meet in an upright corner; `None` where
+/// they do not lead from end to end.
 fn line(shell: &Shell, hole: &Hole, table: &Plane, excursion: Excursion) -> Option<Line> {
     let n = hole.rim.len();
     let [from, to] = excursion;
@@ -112,8 +98,8 @@ fn along(shell: &Shell, wall: u32, table: &Plane, [start, end]: [Point3; 2]) -> 
     (1..n_steps).map(point).collect()
 }
 
-/// The point near `start` that lies on all of `walls`, as high above `table` as `start` and at least `least`; `None` where
-/// that is farther than `reach`.
+/// The point near `start` that lies on all of `walls`, as high above `table` as `start` and at least `least`; `None`
+/// where that is farther than `reach`.
 fn on_walls(walls: &[Surface], table: &Plane, start: &Point3, least: f64, reach: f64) -> Option<Point3> {
     let up = table.normal.into_inner();
     let height = table.signed_distance(start).max(least);
@@ -132,8 +118,8 @@ fn on_walls(walls: &[Surface], table: &Plane, start: &Point3, least: f64, reach:
     ((point - start).norm() <= reach).then_some(point)
 }
 
-/// The contact line and the windows.
-fn parts(shell: &mut Shell, hole: &Hole, lines: &[Line]) -> (Hole, Vec<Hole>) {
+/// A hole parted by its `lines`: the contact line and the windows.
+pub(super) fn parts(shell: &mut Shell, hole: &Hole, lines: &[Line]) -> (Hole, Vec<Hole>) {
     let n = hole.rim.len();
     let mut contact = Hole { rim: Vec::new(), labels: Vec::new() };
     let mut windows = Vec::new();

@@ -298,8 +298,15 @@ impl Run {
         order: &[(u32, Vector2<f64>)],
     ) -> Option<Chain> {
         let groups: Vec<&[(u32, Vector2<f64>)]> = order.chunk_by(|a, b| a.0 == b.0).collect();
-        let first = *self.ends.first()?;
+        let mut seen: Vec<u32> = groups.iter().map(|g| g[0].0).collect();
         let last = self.ends.get(1).copied();
+        let from_end_to_end = seen.first().copied() == self.ends.first()?.0
+            && last.is_none_or(|end| end.0.is_none() || seen.last().copied() == end.0);
+        seen.sort_unstable();
+        seen.dedup();
+        if !from_end_to_end || seen.len() < groups.len() {
+            return None;
+        }
         let piece = |region: u32| {
             let end = self.ends.iter().find(|end| end.0 == Some(region));
             let fit = regions.fits[region as usize]?;
@@ -314,21 +321,11 @@ impl Run {
             .map(|g| nalgebra::center(&g[0][g[0].len() - 1].1.into(), &g[1][0].1.into()).coords)
             .collect();
         // The table is no region of the profile.
-        for (end, place) in [(Some(first), 0), (last, usize::MAX)] {
-            if let Some((None, table)) = end {
-                let place = place.min(pieces.len());
-                pieces.insert(place, table);
-                let hint = if place == 0 { order.first()?.1 } else { order.last()?.1 };
-                hints.insert(place.min(hints.len()), hint);
-            }
+        if let Some((None, table)) = last {
+            pieces.push(table);
+            hints.push(order.last()?.1);
         }
-        let mut seen: Vec<u32> = groups.iter().map(|g| g[0].0).collect();
-        let (n, runs_from_first) = (seen.len(), first.0.is_none() || seen.first().copied() == first.0);
-        let runs_to_last = last.is_none_or(|end| end.0.is_none() || seen.last().copied() == end.0);
-        seen.sort_unstable();
-        seen.dedup();
-        let each_once = seen.len() == n && runs_from_first && runs_to_last && pieces.len() > 1;
-        each_once.then(|| Chain {
+        (pieces.len() > 1).then(|| Chain {
             radii: vec![0.0; hints.len()],
             hints,
             pieces,
