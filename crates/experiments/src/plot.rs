@@ -110,8 +110,10 @@ impl Axis {
     /// An axis with about six round ticks.
     pub fn linear(label: &str, range: [f64; 2]) -> Self {
         let step = round_step((range[1] - range[0]) / 6.0);
-        let first = (range[0] / step - 1e-9).ceil() as i64;
-        let last = (range[1] / step + 1e-9).floor() as i64;
+        /// Of a step: a tick at the very end is not lost to rounding.
+        const ROUNDING: f64 = 1e-9;
+        let first = (range[0] / step - ROUNDING).ceil() as i64;
+        let last = (range[1] / step + ROUNDING).floor() as i64;
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let tick = |k: i64| (k as f64 * step, format!("{:.decimals$}", k as f64 * step));
         Self::with_ticks(label, range, (first..=last).map(tick).collect())

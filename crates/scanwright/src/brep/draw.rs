@@ -129,7 +129,9 @@ impl Turned {
 
     /// Whether the last row is the first.
     fn is_tube(&self) -> bool {
-        matches!(&self.profile, Profile::Arc(_, _, cuts) if cuts[cuts.len() - 1] - cuts[0] > TAU - 1e-9)
+        /// Radians: the ends of a full turn differ by what rounding did to them, those of a part by a spacing.
+        const ROUNDING: f64 = 1e-9;
+        matches!(&self.profile, Profile::Arc(_, _, cuts) if cuts[cuts.len() - 1] - cuts[0] > TAU - ROUNDING)
     }
 
     /// Radius and height of a row.
