@@ -218,6 +218,17 @@ impl Attempt {
         self.flaws.iter().map(|f| f.weight).sum()
     }
 
+    /// Whether a receiving program would refuse it.
+    pub(super) fn is_fatal(&self) -> bool {
+        self.flaws.iter().any(|f| f.fatal)
+    }
+
+    /// Triangles of the faces that a receiving program would refuse the part for.
+    pub(super) fn at_fault(&self) -> impl Iterator<Item = u32> {
+        let patches = self.flaws.iter().filter(|f| f.fatal).flat_map(|f| &f.patches);
+        patches.flat_map(|p| self.draft.patches[*p].triangles.iter().copied())
+    }
+
     /// Regions at fault or beside a flaw, ascending.
     pub(super) fn flawed_regions(&self) -> Vec<u32> {
         let mut regions: Vec<u32> =

@@ -2,11 +2,10 @@
 
 use super::attempt::{Attempt, Bench, Choice};
 use super::mend::mended;
+use super::plain::plainly_built;
 use super::riser::risers;
-use super::thin::Thinning;
 use super::{Built, Issue, IssueCode, LabelledMesh};
 use crate::segment::RegionId;
-use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
 /// Builds solids from a mesh whose every triangle has a region.
@@ -26,38 +25,17 @@ pub fn build(closed: &LabelledMesh, tolerances: &Tolerances) -> Built {
     let mut start = bench.attempt(choice);
     let (added, mends) = risers(&bench, &start);
     if mends.is_empty() {
-        return thinned_and_built(&bench, mended(&bench, start, &[]));
+        return plainly_built(&bench, mended(&bench, start, &[]));
     }
     let mut closed = closed.clone();
     closed.primitives.extend(added);
     let bench = Bench::new(&closed, tolerances);
     start.choice.demoted.resize(bench.surfaces.len(), false);
-    thinned_and_built(&bench, mended(&bench, start, &mends))
-}
-
-/// An attempt as a result, with fewer facets if it is as sound with them.
-fn thinned_and_built(bench: &Bench, made: Attempt) -> Built {
-    let is_plane: Vec<bool> = bench
-        .surfaces
-        .iter()
-        .zip(&made.choice.demoted)
-        .map(|(s, demoted)| !demoted && matches!(s, Some(Surface::Plane(_))))
-        .collect();
-    // The rims of zones are the first to make trouble, then facets that are large.
-    for (share, rims) in [(1.0, true), (1.0, false), (0.5, false), (0.2, false)] {
-        let thinning = Thinning { bench, labels: &made.choice.labels, is_plane: &is_plane, share, rims };
-        let Some((closed, labels)) = thinning.run() else { break };
-        let thin = Bench::new(&closed, bench.tolerances);
-        let trial = thin.attempt(Choice { labels, demoted: made.choice.demoted.clone() });
-        if trial.severity() <= made.severity() {
-            return built(&thin, trial);
-        }
-    }
-    built(bench, made)
+    plainly_built(&bench, mended(&bench, start, &mends))
 }
 
 /// An attempt as a result, with what is to be said about it.
-fn built(bench: &Bench, made: Attempt) -> Built {
+pub(super) fn built(bench: &Bench, made: Attempt) -> Built {
     let first = &bench.closed.labels;
     let mut issues = Vec::new();
     let mut kept = vec![false; bench.surfaces.len()];

@@ -1,4 +1,4 @@
-//! The last resort: where no surface and no B-spline gives a sound face, the triangles of the scan become flat faces.
+//! Where no surface and no B-spline gives a sound face, the triangles of the scan there become flat faces.
 //!
 //! Only for flaws that receiving programs would refuse the part for. A flaw is mended where it is: the triangles within
 //! some spacings of it are cut out of their regions, whatever these are, and each is a face between three straight
@@ -21,7 +21,7 @@ const REACHES: [f64; 3] = [3.0, 6.0, 12.0];
 /// them, for a rim has to lie on the surfaces beside it.
 const MISFIT: f64 = 1.2;
 /// Most triangles that become faces: more, and few programs would open the part.
-const MOST: usize = 8_000;
+pub(super) const MOST: usize = 8_000;
 /// Most flaws that zones are made for at a time, the worst: beyond, the part is past mending and only time is lost.
 const MOST_FLAWS: usize = 100;
 /// Builds per scan.
@@ -29,7 +29,7 @@ const MAX_TRIALS: usize = 40;
 
 /// The soundest attempt that facets beside the flaws of `start` lead to.
 pub(super) fn faceted(bench: &Bench, start: Attempt) -> Attempt {
-    search(bench, start, MAX_TRIALS, |a| a.flaws.iter().any(|f| f.fatal), |a| zones(bench, a))
+    search(bench, start, MAX_TRIALS, Attempt::is_fatal, |a| zones(bench, a))
 }
 
 /// For every fatal flaw the triangles round it that may become facets, the smallest zones first.
@@ -46,7 +46,7 @@ fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         for flaw in &flaws {
             let mut zone = match reach {
                 Some(reach) => round(bench, attempt, flaw, reach),
-                None => at_fault(attempt, flaw).collect(),
+                None => of_patches(attempt, flaw).collect(),
             };
             add_misfits(bench, attempt, &mut zone);
             zone.retain(|t| labels[*t as usize] != bench.facets);
@@ -66,7 +66,7 @@ fn zones(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
 }
 
 /// Triangles of the patches at fault.
-fn at_fault<'a>(attempt: &'a Attempt, flaw: &'a Flaw) -> impl Iterator<Item = u32> + 'a {
+fn of_patches<'a>(attempt: &'a Attempt, flaw: &'a Flaw) -> impl Iterator<Item = u32> + 'a {
     flaw.patches.iter().flat_map(|p| attempt.draft.patches[*p].triangles.iter().copied())
 }
 
@@ -91,7 +91,7 @@ fn round(bench: &Bench, attempt: &Attempt, flaw: &Flaw, reach: f64) -> BTreeSet<
     let off = |t: u32, p: &Point3| (mesh.triangle_center(t as usize) - p).norm_squared();
     let mut zone = BTreeSet::new();
     for at in &flaw.at {
-        let nearest = at_fault(attempt, flaw).min_by(|a, b| off(*a, at).total_cmp(&off(*b, at)));
+        let nearest = of_patches(attempt, flaw).min_by(|a, b| off(*a, at).total_cmp(&off(*b, at)));
         let Some(nearest) = nearest else { continue };
         let center = mesh.triangle_center(nearest as usize);
         let mut found = BTreeSet::from([nearest]);

@@ -19,6 +19,7 @@ mod halfedge;
 mod labels;
 mod meet;
 mod mend;
+mod plain;
 mod relabel;
 mod riser;
 mod settle;

@@ -7,8 +7,8 @@
 
 use super::LabelledMesh;
 use super::attempt::Bench;
-use crate::math::Point3;
-use crate::mesh::VertId;
+use crate::math::{Point3, Vec3};
+use crate::mesh::{Mesh, VertId};
 
 /// Passes over all vertices; most are gone after two.
 const PASSES: usize = 6;
@@ -251,12 +251,48 @@ impl<'a> State<'a> {
     }
 }
 
-/// Whether a triangle that moves stays one and does not turn far.
+fn cross(triangle: &[Point3; 3]) -> Vec3 {
+    (triangle[1] - triangle[0]).cross(&(triangle[2] - triangle[0]))
+}
+
+fn is_sliver(triangle: &[Point3; 3]) -> bool {
+    let side = |k: usize| (triangle[(k + 1) % 3] - triangle[k]).norm();
+    cross(triangle).norm() <= LEAST_HEIGHT * (0..3).map(side).fold(0.0, f64::max).powi(2)
+}
+
+/// Whether a triangle that moves stays one and does not turn far. A sliver, whose normal says nothing, may turn.
 fn is_kept(old: &[Point3; 3], new: &[Point3; 3]) -> bool {
-    let cross = |t: &[Point3; 3]| (t[1] - t[0]).cross(&(t[2] - t[0]));
     let (a, b) = (cross(old), cross(new));
-    let longest = (0..3).map(|k| (new[(k + 1) % 3] - new[k]).norm()).fold(0.0, f64::max);
-    a.dot(&b) > MOST_TURN * a.norm() * b.norm() && b.norm() > LEAST_HEIGHT * longest * longest
+    !is_sliver(new) && (is_sliver(old) || a.dot(&b) > MOST_TURN * a.norm() * b.norm())
+}
+
+/// Moves the corners of slivers towards their neighbours until none is left, or some steps have not helped: where two
+/// rims touched, triangles stand between corners in one place, and none of these can be drawn onto another.
+pub(super) fn relax_slivers(mesh: &mut Mesh, spacing: f64) {
+    const ROUNDS: usize = 12;
+    /// In spacings: largest move of a round.
+    const STEP: f64 = 0.1;
+    let mut ring: Vec<Vec<VertId>> = vec![Vec::new(); mesh.vertices.len()];
+    for triangle in &mesh.triangles {
+        for k in 0..3 {
+            ring[triangle[k] as usize].push(triangle[(k + 1) % 3]);
+        }
+    }
+    for _ in 0..ROUNDS {
+        let slivers = (0..mesh.triangles.len()).filter(|t| is_sliver(&mesh.corners(*t)));
+        let mut moved: Vec<VertId> = slivers.flat_map(|t| mesh.triangles[t]).collect();
+        if moved.is_empty() {
+            return;
+        }
+        moved.sort_unstable();
+        moved.dedup();
+        for v in moved {
+            let p = mesh.vertices[v as usize];
+            let around = ring[v as usize].iter().map(|u| mesh.vertices[*u as usize] - p);
+            let step = around.sum::<Vec3>() / ring[v as usize].len() as f64;
+            mesh.vertices[v as usize] += step.cap_magnitude(STEP * spacing);
+        }
+    }
 }
 
 /// Distance of a point from a triangle.

@@ -94,8 +94,11 @@ pub fn close(
     made.caps.extend(shoulder::assume_shoulders(&mut shell, &mut holes));
     fill_windows(&mut shell, &mut holes);
     cap_mouths(&mut shell, &mut holes, &mut made);
-    let open = fill_rest(&mut shell, holes);
+    let mut open = fill_rest(&mut shell, holes);
     shell.part_doubled_edges();
+    if open.is_empty() {
+        open = fill_pinched(&mut shell);
+    }
     shell.absorb_islands();
     for label in made.support.clone() {
         made.support.extend(shell.part_region(label));
@@ -257,6 +260,24 @@ fn fill_rest(shell: &mut Shell, holes: Vec<Hole>) -> Vec<OpenHole> {
         }
     }
     open
+}
+
+/// Fills what is open where fillings met each other: rims that show only when edges with more than two triangles are
+/// parted. Returns what no round closes.
+fn fill_pinched(shell: &mut Shell) -> Vec<OpenHole> {
+    const ROUNDS: usize = 4;
+    for _ in 0..ROUNDS {
+        let holes = shell.holes();
+        if holes.is_empty() {
+            break;
+        }
+        let open = fill_rest(shell, holes);
+        shell.part_doubled_edges();
+        if !open.is_empty() {
+            return open;
+        }
+    }
+    Vec::new()
 }
 
 fn finish(mut shell: Shell, mut open: Vec<OpenHole>, made: &Made) -> Closed {
