@@ -5,11 +5,13 @@
 //! shows them.
 
 mod bodies;
+mod bound;
 mod comparison;
 mod denoising;
 mod descriptors;
 mod gallery;
 mod gauss;
+mod hard;
 mod models;
 mod outliers;
 mod parameters;
@@ -46,7 +48,7 @@ struct Experiment {
     draw: Option<fn(&Table) -> Figure>,
 }
 
-const EXPERIMENTS: [Experiment; 15] = [
+const EXPERIMENTS: [Experiment; 17] = [
     Experiment {
         name: "denoising",
         what: "figures 3.2 to 3.7: error of the normals by method and noise",
@@ -108,6 +110,12 @@ const EXPERIMENTS: [Experiment; 15] = [
         draw: Some(pictures::half_angle),
     },
     Experiment {
+        name: "hard",
+        what: "recognition on the hard tier: every resolution, triangulation and noise, and what is called ambiguous",
+        run: hard::hard,
+        draw: None,
+    },
+    Experiment {
         name: "folds",
         what: "table 3.4: C and gamma of each fold",
         run: gauss::folds,
@@ -130,6 +138,12 @@ const EXPERIMENTS: [Experiment; 15] = [
         what: "figures 3.25 to 3.29, table 3.2: sizes by PGP2X, LSGE, Attene and us",
         run: parameters::sizes,
         draw: Some(pictures::sizes),
+    },
+    Experiment {
+        name: "bound",
+        what: "spread of sizes over the Cramer-Rao bound, by PGP2X, LSGE, Attene and us",
+        run: bound::bound,
+        draw: None,
     },
     Experiment {
         name: "part-to-cad",

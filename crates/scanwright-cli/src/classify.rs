@@ -4,7 +4,9 @@ use std::fs;
 
 use scanwright::condition;
 use scanwright::mesh::{Adjacency, Mesh};
+use scanwright::pipeline;
 use scanwright::recognize::gauss::{Classifier, GaussImage, OutlierSearch, Rules};
+use scanwright::surface::SurfaceKind;
 
 use crate::args::{ClassifyArgs, OutliersFlag};
 use crate::exit::{Code, Failure};
@@ -13,7 +15,7 @@ use crate::scan;
 /// The classifier that comes with the program: trained on the `faithful` tier.
 const SHIPPED: &str = include_str!("../models/faithful.svm");
 
-/// Names the type of a segment by its normals.
+/// Names the type of a segment: by its normals, as the thesis does, and by fitted surfaces, as `convert` does.
 pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
     let classifier = match &args.model {
         Some(path) => {
@@ -42,6 +44,12 @@ pub fn run(args: &ClassifyArgs) -> Result<Code, Failure> {
     println!("classifier   {}  ({})", listed.join(", "), classifier.provenance);
     let likeliest = probabilities.first().map_or(verdict.kind, |best| best.0);
     println!("type         {}", if verdict.certain { verdict.kind } else { likeliest }.name());
+    let found =
+        pipeline::recognize(&mesh).map_err(|error| Failure::input(&args.segment, error.to_string()))?;
+    println!("surfaces     {}", found.kind().map_or("none of the five", SurfaceKind::name));
+    if let Some(doubt) = found.ambiguous {
+        println!("ambiguous    {doubt}");
+    }
     Ok(Code::Done)
 }
 

@@ -18,10 +18,10 @@ use crate::condition::{self, ConditionReport, Support};
 use crate::denoise::{self, DenoiseMethod};
 use crate::deviation::{self, Deviation};
 use crate::math::UnitVec3;
-use crate::mesh::{Mesh, TriId};
+use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::progress::{Cancelled, Progress, Stage};
 use crate::recognize::Primitive;
-use crate::segment::{RegionId, SegmentMethod, Segmentation};
+use crate::segment::{self, RegionId, SegmentMethod, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
 /// What the caller may choose. Everything else is measured from the scan.
@@ -308,6 +308,21 @@ pub fn clean(
     }
     progress.report(Stage::Denoise, 1.0)?;
     Ok(Cleaned { mesh, conditioned: scan.report, measured: scan.measured, support, moved_rms })
+}
+
+/// What a segment is: a mesh that is one region, conditioned, its noise measured.
+pub fn recognize(segment: &Mesh) -> Result<Primitive, Error> {
+    let mesh = condition::condition(segment).mesh;
+    if mesh.triangles.is_empty() {
+        return Err(Error::Empty {
+            n_triangles: segment.triangles.len(),
+            n_vertices: segment.vertices.len(),
+        });
+    }
+    let adjacency = Adjacency::new(&mesh);
+    let tolerances = Tolerances::new(condition::measure(&mesh, &adjacency), None);
+    let normals = denoise::ring_filtered_normals(&mesh, &adjacency, &tolerances);
+    Ok(segment::as_one(&mesh, &adjacency, &normals, &tolerances))
 }
 
 /// The scan, its table, and the part on it.

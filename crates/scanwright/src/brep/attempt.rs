@@ -8,7 +8,7 @@ use super::halfedge::HalfEdges;
 use super::solid::Solid;
 use super::{LabelledMesh, labels};
 use crate::math::{Point3, Vec3};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, VertId};
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
@@ -38,6 +38,8 @@ pub(super) struct Choice {
     pub labels: Vec<u32>,
     /// One per label: whether a B-spline takes the place of its surface.
     pub demoted: Vec<bool>,
+    /// Pairs of mesh vertices that become one corner where edges end at both.
+    pub shared: Vec<[VertId; 2]>,
 }
 
 /// Something wrong with an attempt, and where.
@@ -112,15 +114,7 @@ impl<'a> Bench<'a> {
     }
 
     fn draft(&self, choice: &Choice) -> Draft {
-        Draft::new(
-            self.closed,
-            &self.half_edges,
-            &choice.labels,
-            &self.surfaces,
-            &choice.demoted,
-            self.facets,
-            self.tolerances,
-        )
+        Draft::new(self.closed, &self.half_edges, &self.surfaces, choice, self.facets, self.tolerances)
     }
 
     fn surfaces_of(&self, choice: &Choice) -> Vec<Option<Surface>> {

@@ -1,6 +1,7 @@
 //! Several mends in one build: where they lie apart, each is judged by the flaws around it.
 
 use super::attempt::{Attempt, Bench};
+use super::halfedge::HalfEdges;
 use super::mend::{Mend, WORTH, applied};
 use crate::math::Point3;
 
@@ -26,6 +27,10 @@ impl Reach {
         };
         match mend {
             Mend::Relabel { triangles, .. } => triangles.iter().for_each(|t| take(*t)),
+            Mend::Share { ends } => {
+                let around = ends.iter().flat_map(|v| bench.half_edges.leaving(*v));
+                around.for_each(|h| take(HalfEdges::triangle(*h) as u32));
+            }
             Mend::Demote { region } | Mend::Restore { region, .. } => {
                 let labels = attempt.choice.labels.iter().enumerate();
                 labels.filter(|(_, l)| *l == region).for_each(|(t, _)| take(t as u32));

@@ -21,6 +21,7 @@ pub fn build(closed: &LabelledMesh, tolerances: &Tolerances) -> Built {
     let choice = Choice {
         labels: closed.labels.iter().map(|l| l.0).collect(),
         demoted: vec![false; bench.surfaces.len()],
+        shared: Vec::new(),
     };
     let mut start = bench.attempt(choice);
     let (added, mends) = risers(&bench, &start);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::assemble::{ChainEdge, chain_edges};
+use super::attempt::Choice;
 use super::chains::{ChainLoop, Topology, trace};
 use super::domain::nearest_on_spline;
 use super::freeform::{self, Fitted};
@@ -73,21 +74,22 @@ pub(super) struct Draft {
     pub edges: Vec<Option<ChainEdge>>,
     /// Mesh vertices that become the tips of cones, and a patch of each cone.
     tips: Vec<(VertId, usize)>,
+    /// Junctions that are one corner.
+    shared: Vec<[VertId; 2]>,
 }
 
 impl Draft {
     pub(super) fn new(
         closed: &LabelledMesh,
         half_edges: &HalfEdges,
-        labels: &[u32],
         surfaces: &[Option<Surface>],
-        demoted: &[bool],
+        choice: &Choice,
         facets: u32,
         tolerances: &Tolerances,
     ) -> Self {
         let (mesh, spacing) = (&closed.mesh, tolerances.spacing());
-        let (mut patches, patch_of) = patches(closed, half_edges, labels, surfaces, facets, spacing);
-        for patch in patches.iter_mut().filter(|p| demoted[p.region as usize]) {
+        let (mut patches, patch_of) = patches(closed, half_edges, &choice.labels, surfaces, facets, spacing);
+        for patch in patches.iter_mut().filter(|p| choice.demoted[p.region as usize]) {
             patch.surface = None;
         }
         let mut cornered = vec![false; mesh.vertices.len()];
@@ -99,6 +101,13 @@ impl Draft {
             cornered[*v as usize] = true;
         }
         let topology = trace(mesh, half_edges, &patch_of, &cornered);
+        let mut is_end = vec![false; mesh.vertices.len()];
+        for chain in &topology.chains {
+            is_end[chain.start() as usize] = true;
+            is_end[chain.end() as usize] = true;
+        }
+        let both_end = |pair: &&[VertId; 2]| pair.iter().all(|v| is_end[*v as usize]);
+        let ends_of_chains = choice.shared.iter().filter(both_end).copied().collect();
         let mut draft = Self {
             patches,
             patch_of,
@@ -107,6 +116,7 @@ impl Draft {
             corners: Corners { corner_of: Vec::new(), corners: Vec::new() },
             edges: Vec::new(),
             tips,
+            shared: ends_of_chains,
         };
         draft.solve(mesh, tolerances);
         draft
@@ -121,7 +131,7 @@ impl Draft {
             _ => None,
         };
         let tips: Vec<(VertId, Point3)> = self.tips.iter().filter_map(apex).collect();
-        self.corners = corners(mesh, &self.topology, &self.courses, &tips, spacing);
+        self.corners = corners(mesh, &self.topology, &self.courses, &tips, &self.shared, spacing);
         self.edges =
             chain_edges(&self.topology, &self.courses, &self.corners, spacing, tolerances.rounding());
     }

@@ -17,6 +17,8 @@ pub(super) const TANGENT_RESIDUAL: f64 = 0.4;
 const TANGENT_MOVE: f64 = 2.5;
 /// Farthest, in spacings, that a corner may move from the mesh.
 pub(super) const CORNER_REACH: f64 = 6.0;
+/// Longest chain, in mesh edges, whose ends may be one corner.
+const MERGE_EDGES: usize = 6;
 /// Samples of a chain that decide whether it is tangent.
 const N_PROBES: usize = 7;
 
@@ -151,16 +153,53 @@ pub(super) struct Corners {
     pub corners: Vec<Corner>,
 }
 
-/// Solves the corners, joining those that come out too close or in reversed order. `fixed`: where some vertices go.
+impl Corners {
+    /// Whether a chain is so short that its ends may be one corner, and all surfaces there pass through one point between
+    /// them.
+    pub(super) fn may_be_one(
+        &self,
+        chain: &Chain,
+        topology: &Topology,
+        courses: &[Course],
+        spacing: f64,
+        reach: f64,
+    ) -> bool {
+        /// In spacings: largest distance of the point from a surface.
+        const RESIDUAL: f64 = 0.1;
+        if chain.vertices.len() > MERGE_EDGES + 1 {
+            return false;
+        }
+        let ends = [chain.start(), chain.end()].map(|v| self.corner_of[v as usize]);
+        if ends[0] == ends[1] {
+            return false;
+        }
+        let [Some(a), Some(b)] = ends.map(|c| c.map(|c| self.corners[c as usize].point)) else {
+            return false;
+        };
+        if (b - a).norm() > reach {
+            return false;
+        }
+        let beside = |chain: &Chain| {
+            [chain.start(), chain.end()].iter().any(|v| ends.contains(&self.corner_of[*v as usize]))
+        };
+        let chains: Vec<usize> =
+            (0..topology.chains.len()).filter(|i| beside(&topology.chains[*i])).collect();
+        let fields = distinct_fields(&chains, courses);
+        let met = meet(&nalgebra::center(&a, &b), &fields, CORNER_REACH * spacing, PARALLEL);
+        met.residual < RESIDUAL * spacing && met.moved < (b - a).norm()
+    }
+}
+
+/// Solves the corners, joining those that come out too close or in reversed order. `fixed`: where some vertices go;
+/// `shared`: junctions that are one corner.
 pub(super) fn corners(
     mesh: &Mesh,
     topology: &Topology,
     courses: &[Course],
     fixed: &[(VertId, Point3)],
+    shared: &[[VertId; 2]],
     spacing: f64,
 ) -> Corners {
-    /// Longest chain, in mesh edges, whose ends may be one corner.
-    const MERGE_EDGES: usize = 6;
     /// In spacings: corners closer than this are one.
     const MERGE_DISTANCE: f64 = 0.4;
     /// In spacings: corners in reversed order are one up to this distance.
@@ -171,6 +210,10 @@ pub(super) fn corners(
     let mut on_facet = vec![false; mesh.vertices.len()];
     for (chain, _) in topology.chains.iter().zip(courses).filter(|(_, course)| course.straight) {
         chain.vertices.iter().for_each(|v| on_facet[*v as usize] = true);
+    }
+    for [a, b] in shared {
+        let (a, b) = (root(&mut group, *a), root(&mut group, *b));
+        group[a.max(b) as usize] = a.min(b);
     }
     let mut solved = solve(mesh, topology, courses, &mut group, fixed, spacing);
     for _ in 0..MAX_ROUNDS {

@@ -8,7 +8,8 @@
 use super::attempt::{Attempt, Bench, Choice};
 use super::batch::{apart, batch, search};
 use super::facets::faceted;
-use super::relabel::{misplaced, relabellings, straightenings, sure_false_edges};
+use super::relabel::{misplaced, relabellings, sharings, straightenings, sure_false_edges};
+use crate::mesh::VertId;
 use crate::par;
 
 /// A change that may mend a flaw.
@@ -16,6 +17,8 @@ use crate::par;
 pub(super) enum Mend {
     /// Other labels for some triangles.
     Relabel { triangles: Vec<u32>, labels: Vec<u32> },
+    /// One corner at both ends of a short edge.
+    Share { ends: [VertId; 2] },
     /// A B-spline in place of a region's surface.
     Demote { region: u32 },
     /// A region's surface in place of a B-spline, with a label for the triangles that lie off it.
@@ -26,8 +29,11 @@ pub(super) enum Mend {
 pub(super) fn mended(bench: &Bench, start: Attempt, steps: &[Mend]) -> Attempt {
     /// Builds for steps: they are sure, and most lie apart.
     const MAX_STEPS: usize = 8;
+    /// Builds for shared corners.
+    const MAX_SHARED: usize = 8;
     let stepped = search(bench, start, MAX_STEPS, |a| a.severity() > 0.0, |_| steps.to_vec());
-    faceted(bench, demoted(bench, relabelled(bench, stepped)))
+    let shared = search(bench, stepped, MAX_SHARED, |a| a.severity() > 0.0, |a| sharings(bench, a));
+    faceted(bench, demoted(bench, relabelled(bench, shared)))
 }
 
 /// Mends that take less than this from the severity, a sum of gaps in spacings, are not worth a change.
@@ -153,6 +159,7 @@ pub(super) fn applied(choice: &Choice, mend: &Mend) -> Choice {
                 choice.labels[*t as usize] = *label;
             }
         }
+        Mend::Share { ends } => choice.shared.push(*ends),
         Mend::Demote { region } => choice.demoted[*region as usize] = true,
         Mend::Restore { region, triangles, label } => {
             choice.demoted[*region as usize] = false;

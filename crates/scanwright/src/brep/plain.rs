@@ -8,7 +8,7 @@ use super::Built;
 use super::attempt::{Attempt, Bench, Choice};
 use super::build::built;
 use super::facets::MOST;
-use super::thin::{Thinning, relax_slivers};
+use super::thin::{Thinned, Thinning, relax_slivers};
 use crate::surface::Surface;
 
 /// An attempt as a result: sound if it can be, and with no more facets than that takes.
@@ -38,9 +38,16 @@ fn thinned(bench: &Bench, made: Attempt) -> Built {
     // The rims of zones are the first to make trouble, then facets that are large.
     for (share, rims) in [(1.0, true), (1.0, false), (0.5, false), (0.2, false)] {
         let thinning = Thinning { bench, labels: &made.choice.labels, is_plane: &is_plane, share, rims };
-        let Some((closed, labels)) = thinning.run() else { break };
+        let Some(Thinned { closed, labels, vertices }) = thinning.run() else { break };
         let thin = Bench::new(&closed, bench.tolerances);
-        let trial = thin.attempt(Choice { labels, demoted: made.choice.demoted.clone() });
+        // Facets keep their corners apart, so that a shared one is still there.
+        let shared = made
+            .choice
+            .shared
+            .iter()
+            .filter_map(|[a, b]| Some([vertices[*a as usize]?, vertices[*b as usize]?]));
+        let choice = Choice { labels, demoted: made.choice.demoted.clone(), shared: shared.collect() };
+        let trial = thin.attempt(choice);
         if trial.severity() <= made.severity() {
             return built(&thin, trial);
         }
@@ -69,12 +76,13 @@ fn spread(bench: &Bench, choice: Choice) -> Option<Attempt> {
 }
 
 /// The whole part as facets, if that is sound.
-fn whole(bench: &Bench) -> Option<Built> {
+pub(super) fn whole(bench: &Bench) -> Option<Built> {
     let labels = vec![bench.facets; bench.closed.labels.len()];
     let thinning = Thinning { bench, labels: &labels, is_plane: &[], share: 1.0, rims: false };
-    let (mut closed, labels) = thinning.run()?;
+    let Thinned { mut closed, labels, .. } = thinning.run()?;
     relax_slivers(&mut closed.mesh, bench.tolerances.spacing());
     let thin = Bench::new(&closed, bench.tolerances);
-    let trial = thin.attempt(Choice { labels, demoted: vec![false; bench.surfaces.len()] });
+    let demoted = vec![false; bench.surfaces.len()];
+    let trial = thin.attempt(Choice { labels, demoted, shared: Vec::new() });
     (!trial.is_fatal()).then(|| built(&thin, trial))
 }

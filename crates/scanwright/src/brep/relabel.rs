@@ -41,6 +41,22 @@ pub(super) fn straightenings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
         .collect()
 }
 
+/// Short edges beside flaws whose ends may be one corner: a scanner's spot hides an edge shorter than itself, and surfaces
+/// that meet at a low angle put one there for a small error of theirs.
+pub(super) fn sharings(bench: &Bench, attempt: &Attempt) -> Vec<Mend> {
+    /// In deviations of the spot: its width.
+    const SPOT: f64 = 2.0;
+    let draft = &attempt.draft;
+    let (spacing, reach) = (bench.tolerances.spacing(), SPOT * bench.tolerances.edge_rounding());
+    let mut flawed = vec![false; draft.patches.len()];
+    attempt.flaws.iter().flat_map(|f| &f.patches).for_each(|p| flawed[*p] = true);
+    let chains = draft.topology.chains.iter();
+    let beside = chains.filter(|c| flawed[c.left as usize] || c.right.is_some_and(|r| flawed[r as usize]));
+    let short =
+        beside.filter(|c| draft.corners.may_be_one(c, &draft.topology, &draft.courses, spacing, reach));
+    short.map(|chain| Mend::Share { ends: [chain.start(), chain.end()] }).collect()
+}
+
 /// Ways to do without the patches of one face: every triangle to the nearest of the neighbours, or all to one.
 fn giving_away(bench: &Bench, attempt: &Attempt, group: &[usize]) -> Vec<Mend> {
     /// Neighbours with the longest common borders that are asked.

@@ -32,9 +32,18 @@ pub(super) struct Thinning<'a> {
     pub rims: bool,
 }
 
+/// A mesh with fewer facets.
+pub(super) struct Thinned {
+    pub closed: LabelledMesh,
+    /// One per triangle.
+    pub labels: Vec<u32>,
+    /// One per vertex there was: which it is now, if it is left.
+    pub vertices: Vec<Option<VertId>>,
+}
+
 impl Thinning<'_> {
-    /// The mesh with fewer facets, and its labels; `None` when none could go.
-    pub fn run(&self) -> Option<(LabelledMesh, Vec<u32>)> {
+    /// The mesh with fewer facets; `None` when none could go.
+    pub fn run(&self) -> Option<Thinned> {
         let mut state = State::new(self);
         let n_before = state.n_triangles();
         for _ in 0..PASSES {
@@ -224,7 +233,7 @@ impl<'a> State<'a> {
     }
 
     /// What is left as a mesh.
-    fn finished(self, closed: &LabelledMesh) -> (LabelledMesh, Vec<u32>) {
+    fn finished(self, closed: &LabelledMesh) -> Thinned {
         let mut thin = closed.clone();
         let mut labels = Vec::new();
         thin.mesh.triangles.clear();
@@ -237,17 +246,17 @@ impl<'a> State<'a> {
             thin.assumed.push(closed.assumed[t]);
             labels.push(self.labels[t]);
         }
-        let mut number = vec![VertId::MAX; thin.mesh.vertices.len()];
+        let mut vertices: Vec<Option<VertId>> = vec![None; thin.mesh.vertices.len()];
         let mut kept = Vec::new();
         for v in thin.mesh.triangles.iter_mut().flatten() {
-            if number[*v as usize] == VertId::MAX {
-                number[*v as usize] = kept.len() as VertId;
-                kept.push(thin.mesh.vertices[*v as usize]);
-            }
-            *v = number[*v as usize];
+            let point = thin.mesh.vertices[*v as usize];
+            *v = *vertices[*v as usize].get_or_insert_with(|| {
+                kept.push(point);
+                kept.len() as VertId - 1
+            });
         }
         thin.mesh.vertices = kept;
-        (thin, labels)
+        Thinned { closed: thin, labels, vertices }
     }
 }
 

@@ -139,15 +139,31 @@ pub fn is_better(simple: &Choice, complex: &Choice, samples: &Samples, n: usize,
 
 /// Whether what the more complex of two fits to `n` vertices saves is worth its freedom.
 pub fn is_worth(simple: &Choice, complex: &Choice, n: usize) -> bool {
+    simple.mean_cost - complex.mean_cost > penalty(simple, complex, n)
+}
+
+/// What the more complex of two fits to `n` vertices must save.
+pub(super) fn penalty(simple: &Choice, complex: &Choice, n: usize) -> f64 {
     let q = freedom(complex.fit.surface.kind()) - freedom(simple.fit.surface.kind());
     let n = n as f64;
-    let penalty =
-        (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost);
-    simple.mean_cost - complex.mean_cost > penalty
+    (0.6 + 10.0 * q / n).min(VERTICES_PER_SAMPLE * q / n) + 0.1 * (1.0 + 0.3 * complex.mean_cost)
 }
 
 /// Whether the two surfaces part over the samples by more than noise: in distance, or clearly in direction.
 fn is_apart(a: &Fit, b: &Fit, samples: &Samples, limits: &Limits) -> bool {
+    let Departure { distance, tilt } = departure(a, b, samples);
+    distance > limits.min_departure || tilt > limits.min_tilt
+}
+
+/// How far two surfaces part over some samples, but for the tenth of them where they part most.
+pub(super) struct Departure {
+    /// Length.
+    pub distance: f64,
+    /// Of the normals, radians.
+    pub tilt: f64,
+}
+
+pub(super) fn departure(a: &Fit, b: &Fit, samples: &Samples) -> Departure {
     let (mut lengths, mut tilts): (Vec<f64>, Vec<f64>) = samples
         .points
         .iter()
@@ -158,7 +174,7 @@ fn is_apart(a: &Fit, b: &Fit, samples: &Samples, limits: &Limits) -> bool {
         })
         .unzip();
     let high = |values: &mut Vec<f64>| stats::quantile(values, 0.9).unwrap_or(0.0);
-    high(&mut lengths) > limits.min_departure || high(&mut tilts) > limits.min_tilt
+    Departure { distance: high(&mut lengths), tilt: high(&mut tilts) }
 }
 
 /// Whether a torus with this ratio of radii is a shape of its own and not nearly a sphere.

@@ -1,8 +1,10 @@
 //! What a region is: a surface type with its evidence.
 
+mod ambiguity;
 mod choose;
 pub mod gauss;
 
+pub use ambiguity::{Ambiguity, ambiguity};
 pub use choose::{
     COST_CAP, Choice, Limits, TYPE_ORDER, choose, excess_cost, fit_kind, is_as_good, is_better,
     is_ring_or_lemon, is_worth, mean_cost,

@@ -127,6 +127,13 @@ pub fn segment(
     }
 }
 
+/// The primitive of a mesh that is one region, a segment that somebody else cut out.
+///
+/// `normals`: one filtered unit normal per vertex, out of the material.
+pub fn as_one(mesh: &Mesh, adjacency: &Adjacency, normals: &[Vec3], tolerances: &Tolerances) -> Primitive {
+    primitive::of_all(&Field::new(mesh, adjacency, normals, tolerances, None))
+}
+
 fn fit_driven(
     mesh: &Mesh,
     adjacency: &Adjacency,

@@ -4,7 +4,8 @@ use super::field::{Field, Scratch};
 use super::grow::{BORDER_RINGS, MIN_INTERIOR};
 use super::narrow::Rim;
 use crate::fit::{Fit, Samples, Weights, refine};
-use crate::recognize::Primitive;
+use crate::math::stats;
+use crate::recognize::{Primitive, ambiguity, choose};
 use crate::surface::Surface;
 
 /// Samples of the final fit: parameters no longer gain from more, the noise being correlated.
@@ -39,7 +40,40 @@ pub(super) fn fitted(
     );
     let samples = without_blur(&fit.surface, seen, field.blur);
     let fit = refine(&fit, &samples, &weights, STEPS).unwrap_or(fit);
-    Primitive::with_evidence(fit, &samples, interior.len())
+    let doubt = doubt(field, &fit, &samples, interior.len());
+    Primitive { ambiguous: doubt, ..Primitive::with_evidence(fit, &samples, interior.len()) }
+}
+
+/// Why the type of a fit to `samples`, standing for `n` vertices, is not certain, if it is not.
+fn doubt(field: &Field, fit: &Fit, samples: &Samples, n: usize) -> Option<String> {
+    /// Samples that types are compared on: as many as they are chosen by.
+    const N_COMPARED: usize = 400;
+    let found = ambiguity(fit, &samples.thinned(N_COMPARED), n, &field.weights, &field.limits)?;
+    Some(found.text(fit.surface.kind()))
+}
+
+/// A mesh as one region: the surface of the type that describes it best, freeform when none does.
+pub(super) fn of_all(field: &Field) -> Primitive {
+    /// Samples of the choice.
+    const N_CHOICE: usize = 400;
+    /// Deviations of the noise beyond which a surface does not describe the mesh, and the share of the vertices that lie
+    /// within one deviation: outliers shall not decide.
+    const MISFIT: f64 = 2.0;
+    const ONE_DEVIATION: f64 = 0.683;
+    let all: Vec<u32> = (0..field.n_vertices() as u32).collect();
+    let samples = field.samples(&all, N_CHOICE);
+    let Some(choice) = choose(&samples, all.len(), &field.weights, &field.limits, None) else {
+        return Primitive::freeform();
+    };
+    let mut primitive = fitted(field, &choice.fit, &all, |_| None);
+    let Some(surface) = primitive.surface else { return primitive };
+    let mut distances: Vec<f64> = field.points.iter().map(|p| surface.signed_distance(p).abs()).collect();
+    let typical = stats::quantile(&mut distances, ONE_DEVIATION).unwrap_or(0.0);
+    let times = typical / field.weights.distance_sigma;
+    if times > MISFIT {
+        primitive.ambiguous = Some(format!("its vertices lie {times:.1} times the noise off it"));
+    }
+    primitive
 }
 
 /// The region of a surface that is given, not fitted: what its vertices `members` say about it.
