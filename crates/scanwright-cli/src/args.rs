@@ -31,7 +31,8 @@ pub enum Verb {
     /// GPrimDB: a database of generated primitives with their truth, and of parts you scanned.
     #[command(subcommand, after_long_help = GPRIMDB_EXAMPLES)]
     Gprimdb(GprimdbVerb),
-    /// Name the type of a segment by its normals alone, as the thesis did: rules first, then a trained classifier.
+    /// Name the type of a segment: by its normals, as the thesis did (rules, then a trained classifier), and by fitted
+    /// surfaces, as `convert` does.
     #[command(after_long_help = CLASSIFY_EXAMPLES)]
     Classify(ClassifyArgs),
     /// Train the classifier on a database, with the accuracy of each fold of a cross-validation.
@@ -39,6 +40,8 @@ pub enum Verb {
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Fit reference data of all five types whose answers are known, and print the errors.
+    Selftest,
 }
 
 /// Flags of `classify`.

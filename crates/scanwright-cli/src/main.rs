@@ -16,6 +16,7 @@ mod picture;
 mod render;
 mod scan;
 mod segment;
+mod selftest;
 mod summary;
 mod train;
 
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Classify(args) => classify::run(args),
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
+        Verb::Selftest => selftest::run(),
     });
     let code = match outcome {
         Ok(Ok(code)) => code,

@@ -10,13 +10,25 @@ use assert_cmd::Command;
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render"] {
+    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "selftest"] {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);
     for needed in ["Examples:", "Exit codes:", "--units", "--allow", "130"] {
         assert!(convert.contains(needed), "`convert --help` lacks {needed}:\n{convert}");
     }
+}
+
+#[test]
+fn the_selftest_passes_and_prints_a_line_per_data_set() {
+    let output = run(&["selftest"]);
+    check_exit(&output, 0, &["selftest"]);
+    let text = text(&output.stdout);
+    for kind in ["plane", "cylinder", "cone", "sphere", "torus"] {
+        let lines = text.lines().filter(|line| line.starts_with(kind));
+        assert!(lines.count() >= 4, "{text}");
+    }
+    assert!(text.ends_with("all within\n"), "{text}");
 }
 
 #[test]
@@ -304,7 +316,9 @@ fn gprimdb_makes_shows_exports_and_its_models_are_classified() {
     }
     let output = dir.run(&["classify", "sphere.ply"]);
     check_exit(&output, 0, &["classify"]);
-    assert!(text(&output.stdout).contains("type         sphere"), "{}", text(&output.stdout));
+    for named in ["type         sphere", "surfaces     sphere"] {
+        assert!(text(&output.stdout).contains(named), "{}", text(&output.stdout));
+    }
     let args = ["train", "small.db", "-o", "small.svm"];
     let output = dir.run(&args);
     check_exit(&output, 3, &args);

@@ -46,6 +46,7 @@ pub mod regularize;
 pub mod render;
 pub mod report;
 pub mod segment;
+pub mod selftest;
 pub mod step;
 pub mod surface;
 pub mod tolerance;

@@ -11,7 +11,7 @@ mod refine;
 mod start;
 
 pub use covariance::{VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_names};
-pub use refine::{Weights, refine};
+pub use refine::{Weights, least_squares, refine};
 pub use start::starts;
 
 use crate::math::{Point3, Vec3};
@@ -61,7 +61,7 @@ pub fn fit_known(kind: SurfaceKind, samples: &Samples, noise: f64, method: FitMe
         FitMethod::Robust => {
             iterated(kind, samples, noise).map(|found| without_outliers(&found, samples, noise))
         }
-        FitMethod::Lsge => iterated(kind, samples, undiscounted(samples)),
+        FitMethod::Lsge => iterated_squares(kind, samples),
         FitMethod::Pgp2x => pgp2x::pgp2x(kind, samples),
         FitMethod::Attene => closed::attene(kind, samples),
     }
@@ -79,28 +79,42 @@ fn without_outliers(found: &Surface, samples: &Samples, noise: f64) -> Surface {
     if 2 * kept.points.len() < samples.points.len() {
         return *found;
     }
-    by_distance(found, &kept, undiscounted(samples)).unwrap_or(*found)
+    by_least_squares(found, &kept).unwrap_or(*found)
 }
 
-/// The best of the fits from all starts, by distance alone.
+/// The best of the fits from all starts, by distance alone, distances of some `noise` discounted.
 fn iterated(kind: SurfaceKind, samples: &Samples, noise: f64) -> Option<Surface> {
-    let fits = starts(kind, samples).into_iter().filter_map(|s| by_distance(&s.surface, samples, noise));
+    let weights = Weights { distance_sigma: noise, normal_sigma: 1.0, normal_weight: 0.0 };
+    let fit = |start: &Surface| {
+        refine(&Fit { surface: *start, outward: true }, samples, &weights, STEPS).map(|fit| fit.surface)
+    };
+    best(kind, samples, fit, |distance| (distance / noise).powi(2).ln_1p())
+}
+
+/// The best of the least-squares fits from all starts.
+fn iterated_squares(kind: SurfaceKind, samples: &Samples) -> Option<Surface> {
+    best(kind, samples, |start| by_least_squares(start, samples), |distance| distance * distance)
+}
+
+/// The cheapest of the fits from all starts.
+fn best(
+    kind: SurfaceKind,
+    samples: &Samples,
+    fit: impl Fn(&Surface) -> Option<Surface>,
+    cost_of: impl Fn(f64) -> f64,
+) -> Option<Surface> {
+    let fits = starts(kind, samples).into_iter().filter_map(|s| fit(&s.surface));
     let cost = |surface: &Surface| -> f64 {
-        samples.points.iter().map(|p| (surface.signed_distance(p) / noise).powi(2).ln_1p()).sum()
+        samples.points.iter().map(|p| cost_of(surface.signed_distance(p))).sum()
     };
     fits.map(|surface| (cost(&surface), surface)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
 }
 
-/// The fit from one start by distance alone, distances of some `noise` discounted.
-fn by_distance(start: &Surface, samples: &Samples, noise: f64) -> Option<Surface> {
-    const STEPS: usize = 60;
-    let weights = Weights { distance_sigma: noise, normal_sigma: 1.0, normal_weight: 0.0 };
-    refine(&Fit { surface: *start, outward: true }, samples, &weights, STEPS).map(|fit| fit.surface)
-}
+/// Steps of a fit.
+const STEPS: usize = 60;
 
-/// So large a scale of the noise that no distance is discounted.
-fn undiscounted(samples: &Samples) -> f64 {
-    1e3 * extent(samples)
+fn by_least_squares(start: &Surface, samples: &Samples) -> Option<Surface> {
+    least_squares(&Fit { surface: *start, outward: true }, samples, STEPS).map(|fit| fit.surface)
 }
 
 /// Largest distance from the first point.

@@ -9,7 +9,7 @@
 use nalgebra::Vector2;
 
 use super::closed::{algebraic_sphere, circle_axis, cone, plane, tips};
-use super::{Samples, by_distance, undiscounted};
+use super::{Samples, by_least_squares};
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, centroid, fitted_circle, principal_axes, stats};
 use crate::surface::{Cylinder, Surface, SurfaceKind, Torus};
 
@@ -27,7 +27,7 @@ pub(super) fn pgp2x(kind: SurfaceKind, samples: &Samples) -> Option<Surface> {
 /// The algebraic sphere, refined by the distances.
 fn sphere(samples: &Samples) -> Option<Surface> {
     let start = Surface::Sphere(algebraic_sphere(&samples.points)?);
-    by_distance(&start, samples, undiscounted(samples))
+    by_least_squares(&start, samples)
 }
 
 /// The axis along the normals' least principal direction; the circle of the points seen along it.

@@ -12,7 +12,7 @@
 use nalgebra::{Rotation3, SVector};
 
 use super::{Fit, Samples};
-use crate::math::least_squares::{Normal, minimize};
+use crate::math::least_squares::{Normal, minimize_to};
 use crate::math::{Axis, Point3, Vec3, centroid};
 use crate::surface::Surface;
 
@@ -44,15 +44,58 @@ const CAUCHY_SQ: f64 = 9.0;
 ///
 /// `None` when the surface runs away (a radius not positive, a cone flat or closed).
 pub fn refine(start: &Fit, samples: &Samples, weights: &Weights, max_steps: usize) -> Option<Fit> {
+    /// Relative fall of the cost below which further steps cannot matter beside the noise.
+    const RELATIVE_FALL: f64 = 1e-7;
+    refine_to(RELATIVE_FALL, start, samples, Loss::Cauchy(weights), max_steps)
+}
+
+/// The surface of least squares of the orthogonal distances alone, all counting alike, from a start near it.
+///
+/// It goes on until rounding ends it: where points hardly determine a parameter, the last millionth of the cost moves it
+/// far.
+pub fn least_squares(start: &Fit, samples: &Samples, max_steps: usize) -> Option<Fit> {
+    refine_to(0.0, start, samples, Loss::Square, max_steps)
+}
+
+/// What a deviation costs.
+#[derive(Clone, Copy)]
+enum Loss<'a> {
+    /// Distances and tilts in their deviations, large ones discounted.
+    Cauchy(&'a Weights),
+    /// Distances, squared.
+    Square,
+}
+
+fn refine_to(
+    relative_fall: f64,
+    start: &Fit,
+    samples: &Samples,
+    loss: Loss,
+    max_steps: usize,
+) -> Option<Fit> {
     let pivot = centroid(&samples.points);
     let outward = start.outward;
     let start = recentered(&start.surface, &pivot);
-    let linearize = |surface: &Surface| normal_equations(surface, outward, samples, weights, &pivot);
+    let linearize = |surface: &Surface| match loss {
+        Loss::Cauchy(weights) => normal_equations(surface, outward, samples, weights, &pivot),
+        Loss::Square => square_equations(surface, samples, &pivot),
+    };
     let retract = |surface: &Surface, step: &SVector<f64, 8>| moved(surface, step, &pivot);
-    let (surface, _, _) = minimize(start, max_steps, linearize, retract);
+    let (surface, _, _) = minimize_to(relative_fall, start, max_steps, linearize, retract);
     let surface = recentered(&surface, &pivot);
     let size = surface_is_sane(&surface);
     size.then_some(Fit { surface, outward })
+}
+
+fn square_equations(surface: &Surface, samples: &Samples, pivot: &Point3) -> Normal<8> {
+    let mut sum = Normal::zero();
+    surface.for_each_jet(&samples.points, |i, jet| {
+        let arm = samples.points[i] - pivot;
+        let across = row8(-jet.normal, arm.cross(&-jet.normal), jet.distance_by_shape, 1.0);
+        sum.add([jet.distance], &[across], 1.0);
+        sum.cost += jet.distance * jet.distance;
+    });
+    sum
 }
 
 fn normal_equations(

@@ -71,6 +71,17 @@ pub fn minimize<const N: usize, S: Clone>(
 ) -> (S, Normal<N>, Stop) {
     /// Relative fall of the cost below which further steps cannot matter beside the noise.
     const RELATIVE_FALL: f64 = 1e-7;
+    minimize_to(RELATIVE_FALL, start, max_iterations, linearize, retract)
+}
+
+/// The same, until the cost falls by less than a share of itself: zero goes on until rounding ends it.
+pub fn minimize_to<const N: usize, S: Clone>(
+    relative_fall: f64,
+    start: S,
+    max_iterations: usize,
+    linearize: impl Fn(&S) -> Normal<N>,
+    retract: impl Fn(&S, &SVector<f64, N>) -> Option<S>,
+) -> (S, Normal<N>, Stop) {
     /// Nearly a Gauss-Newton step: starts are good, and a step that fails raises it.
     const FIRST_DAMPING: f64 = 1e-4;
     /// Below this it changes no digit, and raising it from zero would never bring it back.
@@ -83,7 +94,7 @@ pub fn minimize<const N: usize, S: Clone>(
         for _ in 0..8 {
             if let Some((next, next_model)) = attempt(&state, &model, damping, &linearize, &retract) {
                 let fall = model.cost - next_model.cost;
-                let enough = fall > RELATIVE_FALL * model.cost;
+                let enough = fall > relative_fall * model.cost;
                 state = next;
                 model = next_model;
                 damping = (damping * 0.2).max(LEAST_DAMPING);
