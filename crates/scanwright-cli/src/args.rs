@@ -217,6 +217,10 @@ pub struct ConvertArgs {
     /// Largest gap the solid may have, in the scan's unit [default: far below what the scan can show]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub tolerance: Option<f64>,
+    /// Standard uncertainty that you need, in the scan's unit: says of each face whether its sizes are known so well, and
+    /// what is missing
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub target: Option<f64>,
     /// Fallbacks that count as success: a list of open, freeform, facets
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,

@@ -43,7 +43,7 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     if !args.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
         let known = known.as_deref().unwrap_or_default();
-        print!("{}", summary::of_run(&args.scan, &file, units, &result, known, &written));
+        print!("{}", summary::of_run(&args.scan, &file, units, (&result, &options), known, &written));
         console.log(&summary::timings_line(&console.timings()));
     }
     let refused = result.fallbacks().into_iter().any(|fallback| !args.allow.contains(&flag_of(fallback)));
@@ -134,6 +134,7 @@ fn options(args: &ConvertArgs) -> Options {
         gap: args.tolerance,
         min_face: args.min_face,
         support: args.support.into(),
+        target: args.target,
         up: args.up.map(|[x, y, z]| UnitVec3::new_normalize(Vec3::new(x, y, z))),
         ..Options::default()
     }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use scanwright::gprimdb::Known;
 use scanwright::io::ScanFile;
-use scanwright::pipeline::{Code, Reconstruction};
+use scanwright::pipeline::{Code, Options, Reconstruction};
+use scanwright::recognize::Missing;
 use scanwright::report;
 use scanwright::surface::SurfaceKind;
 
@@ -23,7 +24,7 @@ pub fn of_run(
     scan: &Path,
     file: &ScanFile,
     units: Units,
-    result: &Reconstruction,
+    (result, options): (&Reconstruction, &Options),
     known: &[Known],
     written: &[&Path],
 ) -> String {
@@ -53,6 +54,11 @@ pub fn of_run(
         );
         lines.add("deviation", &text);
     }
+    if let Some(target) = options.target {
+        for text in target_lines(result, target, unit) {
+            lines.add("target", &text);
+        }
+    }
     for (word, text) in warning_lines(result) {
         lines.add(word, &text);
     }
@@ -60,6 +66,30 @@ pub fn of_run(
         lines.add("wrote", &path.display().to_string());
     }
     lines.0
+}
+
+/// How many faces are known as well as asked, then those that are not, the least known first.
+fn target_lines(result: &Reconstruction, target: f64, unit: &str) -> Vec<String> {
+    let judged = result.sufficiency(target);
+    let mut weak: Vec<(usize, f64, Missing)> = judged
+        .iter()
+        .enumerate()
+        .filter_map(|(k, s)| s.and_then(|s| Some((k, s.uncertainty, s.missing?))))
+        .collect();
+    weak.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let n = judged.iter().flatten().count();
+    let mut lines = vec![format!(
+        "{} of {n} faces have sizes with standard uncertainties up to {} {unit}",
+        n - weak.len(),
+        short(target)
+    )];
+    lines.extend(weak.iter().take(MOST_LINES).map(|(k, uncertainty, missing)| {
+        format!("primitive {k} is known within {} {unit}: {}", short(*uncertainty), missing.text())
+    }));
+    if weak.len() > MOST_LINES {
+        lines.push(format!("and {} more, see the JSON", weak.len() - MOST_LINES));
+    }
+    lines
 }
 
 fn known_line(known: &Known) -> String {

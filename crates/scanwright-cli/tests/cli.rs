@@ -164,6 +164,25 @@ fn a_box_has_six_planes_and_every_triangle_one_of_them() {
 }
 
 #[test]
+fn faces_are_judged_against_the_uncertainty_that_is_needed() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    for (target, n_enough) in [("1000", 6), ("1e-30", 0)] {
+        let args =
+            ["convert", "box.ply", "-o", "box.step", "--json", "box.json", "--target", target, "--force"];
+        let output = dir.run(&args);
+        check_exit(&output, 0, &args);
+        let said = text(&output.stdout);
+        assert!(said.contains(&format!("{n_enough} of 6 faces have sizes")), "{said}");
+        let json: serde_json::Value =
+            serde_json::from_slice(&fs::read(dir.path("box.json")).unwrap()).unwrap();
+        for primitive in json["primitives"].as_array().unwrap() {
+            assert_eq!(primitive["sufficiency"]["missing"].is_null(), n_enough == 6, "{primitive}");
+        }
+    }
+}
+
+#[test]
 fn quiet_says_nothing() {
     let dir = Folder::new();
     dir.scan("box.ply");

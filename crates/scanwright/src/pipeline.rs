@@ -17,10 +17,11 @@ use crate::brep::Solid;
 use crate::condition::{self, ConditionReport, Support};
 use crate::denoise::{self, DenoiseMethod};
 use crate::deviation::{self, Deviation};
-use crate::math::UnitVec3;
+use crate::math::{Point3, UnitVec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
+use crate::par;
 use crate::progress::{Cancelled, Progress, Stage};
-use crate::recognize::Primitive;
+use crate::recognize::{self, Primitive, Sufficiency};
 use crate::segment::{self, RegionId, SegmentMethod, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
@@ -39,6 +40,8 @@ pub struct Options {
     pub support: SupportSearch,
     /// Direction away from the supporting table, if known.
     pub up: Option<UnitVec3>,
+    /// Standard uncertainty that the sizes of every face shall have, length; not judged when `None`.
+    pub target: Option<f64>,
 }
 
 impl Options {
@@ -56,6 +59,7 @@ impl Default for Options {
             method: SegmentMethod::default(),
             support: SupportSearch::Auto,
             up: None,
+            target: None,
         }
     }
 }
@@ -128,6 +132,24 @@ impl Reconstruction {
     /// scan's count: triangles that conditioning dropped have no region.
     pub fn labels_of_scan(&self, n_triangles: usize) -> Vec<Option<RegionId>> {
         labels_of_scan(&self.segmentation, &self.source_triangle, n_triangles)
+    }
+
+    /// Whether enough was seen of each region for its sizes to be known within `target`: see [`recognize::sufficiency`].
+    pub fn sufficiency(&self, target: f64) -> Vec<Option<Sufficiency>> {
+        let n = self.segmentation.primitives.len();
+        let mut vertices: Vec<Vec<u32>> = vec![Vec::new(); n];
+        for (triangle, label) in self.mesh.triangles.iter().zip(&self.segmentation.labels) {
+            if let Some(region) = label {
+                vertices[region.0 as usize].extend(triangle);
+            }
+        }
+        par::map_indices(n, |k| {
+            let mut mine = vertices[k].clone();
+            mine.sort_unstable();
+            mine.dedup();
+            let points: Vec<Point3> = mine.iter().map(|v| self.mesh.vertices[*v as usize]).collect();
+            recognize::sufficiency(&self.segmentation.primitives[k], &points, target)
+        })
     }
 
     /// The fallbacks that were needed, each kind once, ascending.

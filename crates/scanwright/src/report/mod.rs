@@ -72,6 +72,7 @@ struct Settings {
     min_face: Option<f64>,
     support: &'static str,
     up: Option<[f64; 3]>,
+    target: Option<f64>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -126,7 +127,7 @@ impl Report {
             settings: Settings::new(result, context.options),
             scan: Scan::new(result, context),
             support,
-            primitives: regions::primitives(result, context.n_triangles),
+            primitives: regions::primitives(result, context),
             known: context.known.map(<[Known]>::to_vec),
             solids: result.model.facts.clone(),
             deviation,
@@ -160,6 +161,7 @@ impl Settings {
             min_face: options.min_face,
             support,
             up: options.up.map(|up| [up.x, up.y, up.z]),
+            target: options.target,
         }
     }
 }

@@ -5,9 +5,9 @@ use serde::Serialize;
 use crate::fit;
 use crate::mesh::Adjacency;
 use crate::pipeline::Reconstruction;
-use crate::recognize::{Primitive, Residual};
+use crate::recognize::{Primitive, Residual, Sufficiency};
 
-use super::Geometry;
+use super::{Context, Geometry};
 
 /// One primitive of a report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,6 +35,9 @@ pub struct PrimitiveReport {
     pub neighbors: Vec<Neighbor>,
     /// Why the type is not certain, if it is not.
     pub ambiguous: Option<String>,
+    /// Whether its sizes are known as well as was asked; absent when nothing was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sufficiency: Option<Sufficiency>,
 }
 
 /// A region beside another.
@@ -47,7 +50,7 @@ pub struct Neighbor {
 }
 
 /// The primitives of a run, in the order of their ids.
-pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<PrimitiveReport> {
+pub(super) fn primitives(result: &Reconstruction, context: &Context) -> Vec<PrimitiveReport> {
     let segmentation = &result.segmentation;
     let n_regions = segmentation.primitives.len();
     let mut areas = vec![0.0; n_regions];
@@ -57,9 +60,10 @@ pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<Pri
         }
     }
     let mut counts = vec![0; n_regions];
-    for region in result.labels_of_scan(n_triangles).into_iter().flatten() {
+    for region in result.labels_of_scan(context.n_triangles).into_iter().flatten() {
         counts[region.0 as usize] += 1;
     }
+    let sufficiency = context.options.target.map(|target| result.sufficiency(target)).unwrap_or_default();
     let borders = border_lengths(result);
     let report = |i: usize| {
         let primitive = &segmentation.primitives[i];
@@ -77,6 +81,7 @@ pub(super) fn primitives(result: &Reconstruction, n_triangles: usize) -> Vec<Pri
             area: areas[i],
             neighbors: borders.iter().filter_map(of_pair).collect(),
             ambiguous: primitive.ambiguous.clone(),
+            sufficiency: sufficiency.get(i).copied().flatten(),
         }
     };
     (0..n_regions).map(report).collect()
