@@ -24,7 +24,7 @@ const SEED: u64 = 2015;
 /// The bound is that of all parameters together, for independent normal noise along the normals:
 /// `sigma^2 (J^T J)^-1` at the true surface.
 pub fn bound(context: &Context) -> anyhow::Result<Table> {
-    let mut headings = vec!["models", "size", "noise"];
+    let mut headings = vec!["models", "noise"];
     headings.extend(FitMethod::ALL.map(FitMethod::name));
     let mut table = Table::new(&headings);
     for (partial, name) in [(false, "complete"), (true, "partial")] {
@@ -35,12 +35,13 @@ pub fn bound(context: &Context) -> anyhow::Result<Table> {
             (Class::Torus, &["major_radius", "minor_radius"]),
         ] {
             let models = all(&of_class(&faithful(partial, Triangulation::Isotropic, 32), class, N_SHAPES));
-            for level in LEVELS {
-                let ratios = FitMethod::ALL.map(|method| ratios(&models, sizes, level, method));
-                for (i, size) in sizes.iter().enumerate() {
-                    let mut row =
-                        vec![format!("{name} {}", class.name()), (*size).to_owned(), level.to_string()];
-                    row.extend(ratios.iter().map(|of_models| cell(of_models, i)));
+            let of_levels =
+                LEVELS.map(|level| FitMethod::ALL.map(|method| ratios(&models, sizes, level, method)));
+            for (i, size) in sizes.iter().enumerate() {
+                for (level, of_methods) in LEVELS.iter().zip(&of_levels) {
+                    let name = format!("{name} {}: {}", class.name(), size.replace('_', " "));
+                    let mut row = vec![name, level.to_string()];
+                    row.extend(of_methods.iter().map(|of_models| cell(of_models, i)));
                     table.row(row);
                 }
             }

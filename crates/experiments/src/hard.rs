@@ -47,8 +47,8 @@ pub fn hard(context: &Context) -> anyhow::Result<Table> {
         "rules, then SVM",
         "ours",
         "called ambiguous",
-        "ours, of the others",
-        "wrong that are called so",
+        "ours, where certain",
+        "wrong ones called ambiguous",
     ]);
     let mut groups: Vec<String> = answers.iter().map(|a| a.group.clone()).collect();
     groups.sort_unstable();

@@ -113,7 +113,7 @@ const EXPERIMENTS: [Experiment; 17] = [
         name: "hard",
         what: "recognition on the hard tier: every resolution, triangulation and noise, and what is called ambiguous",
         run: hard::hard,
-        draw: None,
+        draw: Some(pictures::hard),
     },
     Experiment {
         name: "folds",
@@ -143,7 +143,7 @@ const EXPERIMENTS: [Experiment; 17] = [
         name: "bound",
         what: "spread of sizes over the Cramer-Rao bound, by PGP2X, LSGE, Attene and us",
         run: bound::bound,
-        draw: None,
+        draw: Some(pictures::bound),
     },
     Experiment {
         name: "part-to-cad",

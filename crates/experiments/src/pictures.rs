@@ -105,6 +105,37 @@ fn lines(table: &Table, x: &str, rows: &[usize], columns: &[&str]) -> Vec<Series
     columns.iter().enumerate().map(line).collect()
 }
 
+/// Spread of sizes over the bound, over noise: on the bound is one.
+pub fn bound(table: &Table) -> Figure {
+    const LARGEST: f64 = 40.0;
+    let methods: Vec<&str> = table.headings().iter().skip(2).map(String::as_str).collect();
+    let charts = by_models(table).into_iter().map(|(name, rows)| Chart {
+        title: name,
+        x: Axis::linear("noise, edge lengths", [0.0, 0.85]),
+        y: Axis::log("spread over the bound", [0.9, LARGEST], &[1.0, 2.0, 5.0, 10.0, 20.0]),
+        series: lines(table, "noise", &rows, &methods)
+            .into_iter()
+            .map(|series| Series {
+                points: series.points.into_iter().filter(|p| p[1] <= LARGEST).collect(),
+                ..series
+            })
+            .collect(),
+        notes: Vec::new(),
+    });
+    Figure::of_charts(5, [250.0, 230.0], charts.collect())
+}
+
+/// Bars of the hard tier by type.
+pub fn hard(table: &Table) -> Figure {
+    const N: usize = 6;
+    let groups: Vec<String> = table.column("models")[..N].iter().map(|name| (*name).to_owned()).collect();
+    let ways = ["rules, then SVM", "ours", "ours, where certain", "wrong ones called ambiguous"];
+    let series: Vec<(&str, Vec<f64>)> =
+        ways.iter().map(|way| (*way, table.numbers(way)[..N].to_vec())).collect();
+    let chart = Chart::bars("The hard tier", &groups, Axis::linear("models, %", [0.0, 105.0]), &series);
+    Figure::of_charts(1, [760.0, 320.0], vec![chart])
+}
+
 /// Errors of sizes over noise.
 pub fn sizes(table: &Table) -> Figure {
     let methods: Vec<&str> = table.headings().iter().skip(2).map(String::as_str).collect();
