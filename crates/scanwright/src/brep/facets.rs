@@ -274,6 +274,14 @@ mod tests {
         assert!((volume - exact).abs() < 0.02 * exact, "{volume} instead of {exact}");
     }
 
+    /// A plane for the top that meets the wall nowhere near the mesh.
+    fn missing_plane() -> Surface {
+        Surface::Plane(Plane {
+            point: Point3::new(0.0, 0.0, HEIGHT),
+            normal: nalgebra::Unit::new_normalize(Vec3::new(1.0, 0.2, 0.05)),
+        })
+    }
+
     fn with_slivers(mut rod: LabelledMesh) -> LabelledMesh {
         // Edges are split at one of their ends, which leaves triangles without area that no edge flip removes.
         for t in [100, 300, 500] {
@@ -296,10 +304,7 @@ mod tests {
     #[test]
     fn what_mending_leaves_ends_in_a_sound_solid() {
         let mut rod = with_slivers(rod());
-        rod.primitives[2].surface = Some(Surface::Plane(Plane {
-            point: Point3::new(0.0, 0.0, HEIGHT),
-            normal: nalgebra::Unit::new_normalize(Vec3::new(1.0, 0.2, 0.05)),
-        }));
+        rod.primitives[2].surface = Some(missing_plane());
         let tolerances = tolerances();
         let bench = Bench::new(&rod, &tolerances);
         let start = bench.attempt(choice(&rod, &bench, |_| false));
@@ -316,11 +321,7 @@ mod tests {
     #[test]
     fn a_surface_that_misses_its_neighbours_is_mended_where_it_does() {
         let mut rod = rod();
-        // The top was read as a plane that meets the wall nowhere near the mesh.
-        rod.primitives[2].surface = Some(Surface::Plane(Plane {
-            point: Point3::new(0.0, 0.0, HEIGHT),
-            normal: nalgebra::Unit::new_normalize(Vec3::new(1.0, 0.2, 0.05)),
-        }));
+        rod.primitives[2].surface = Some(missing_plane());
         let tolerances = tolerances();
         let bench = Bench::new(&rod, &tolerances);
         let start = bench.attempt(choice(&rod, &bench, |_| false));

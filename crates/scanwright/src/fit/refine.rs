@@ -12,7 +12,7 @@
 use nalgebra::{Rotation3, SVector};
 
 use super::{Fit, Samples};
-use crate::math::least_squares::{Normal, minimize_to};
+use crate::math::least_squares::{Normal, RELATIVE_FALL, minimize_to};
 use crate::math::{Axis, Point3, Vec3, centroid};
 use crate::surface::Surface;
 
@@ -44,8 +44,6 @@ const CAUCHY_SQ: f64 = 9.0;
 ///
 /// `None` when the surface runs away (a radius not positive, a cone flat or closed).
 pub fn refine(start: &Fit, samples: &Samples, weights: &Weights, max_steps: usize) -> Option<Fit> {
-    /// Relative fall of the cost below which further steps cannot matter beside the noise.
-    const RELATIVE_FALL: f64 = 1e-7;
     refine_to(RELATIVE_FALL, start, samples, Loss::Cauchy(weights), max_steps)
 }
 

@@ -59,6 +59,9 @@ pub enum Stop {
     Stalled,
 }
 
+/// Relative fall of the cost below which further steps cannot matter beside the noise.
+pub const RELATIVE_FALL: f64 = 1e-7;
+
 /// Minimizes a cost over a state that moves by `N`-vectors (its retraction).
 ///
 /// `linearize` gives the normal equations at a state, `retract` applies a step. Stops when the cost falls by less
@@ -69,8 +72,6 @@ pub fn minimize<const N: usize, S: Clone>(
     linearize: impl Fn(&S) -> Normal<N>,
     retract: impl Fn(&S, &SVector<f64, N>) -> Option<S>,
 ) -> (S, Normal<N>, Stop) {
-    /// Relative fall of the cost below which further steps cannot matter beside the noise.
-    const RELATIVE_FALL: f64 = 1e-7;
     minimize_to(RELATIVE_FALL, start, max_iterations, linearize, retract)
 }
 

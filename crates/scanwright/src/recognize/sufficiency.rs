@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::Primitive;
 use crate::fit::{Samples, VERTICES_PER_SAMPLE, parameter_covariance, parameter_names};
-use crate::math::{Axis, Frame, Point3, UnitVec3, centroid, try_unit};
+use crate::math::{Axis, Frame, Point3, centroid, try_unit};
 use crate::surface::Surface;
 
 /// What one face says about its sizes.
@@ -111,8 +111,8 @@ impl Seen {
             Surface::Plane(_) => return None,
             Surface::Sphere(s) => (Frame::from_z(s.center, try_unit(centroid(points) - s.center)?), PI),
             Surface::Cylinder(_) | Surface::Cone(_) | Surface::Torus(_) => {
-                let Axis { origin, direction }: Axis = surface.axis()?;
-                (Frame::from_z(origin, UnitVec3::new_unchecked(direction.into_inner())), TAU)
+                let Axis { origin, direction } = surface.axis()?;
+                (Frame::from_z(origin, direction), TAU)
             }
         };
         let mut seen = Self { surface: *surface, frame, start: 0.0, arc: 0.0, whole };
