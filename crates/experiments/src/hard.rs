@@ -115,7 +115,7 @@ fn row(name: &str, answers: &[&Answer]) -> Vec<String> {
         percent(count(&right), answers.len()),
         percent(answers.len() - n_certain, answers.len()),
         percent(count(&|a| a.certain && right(a)), n_certain),
-        percent(count(&|a| !a.certain && !right(a)), n_wrong),
+        if n_wrong == 0 { "-".to_owned() } else { percent(count(&|a| !a.certain && !right(a)), n_wrong) },
     ]
 }
 
