@@ -39,6 +39,7 @@ pub mod math;
 pub mod mesh;
 pub mod par;
 pub mod pipeline;
+pub mod prior;
 pub mod progress;
 pub mod random;
 pub mod recognize;

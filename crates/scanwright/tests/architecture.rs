@@ -9,7 +9,7 @@ const RANKS: &[&[&str]] = &[
     &["math"],
     &["tolerance", "random", "par", "progress"],
     &["mesh", "surface"],
-    &["io", "condition", "denoise", "fit"],
+    &["io", "condition", "denoise", "fit", "prior"],
     &["recognize"],
     &["segment", "gprimdb"],
     &["regularize"],
