@@ -6,6 +6,7 @@
 
 mod bodies;
 mod bound;
+mod calibration;
 mod comparison;
 mod denoising;
 mod descriptors;
@@ -48,7 +49,7 @@ struct Experiment {
     draw: Option<fn(&Table) -> Figure>,
 }
 
-const EXPERIMENTS: [Experiment; 17] = [
+const EXPERIMENTS: [Experiment; 18] = [
     Experiment {
         name: "denoising",
         what: "figures 3.2 to 3.7: error of the normals by method and noise",
@@ -144,6 +145,12 @@ const EXPERIMENTS: [Experiment; 17] = [
         what: "spread of sizes over the Cramer-Rao bound, by PGP2X, LSGE, Attene and us",
         run: bound::bound,
         draw: Some(pictures::bound),
+    },
+    Experiment {
+        name: "calibration",
+        what: "errors over their stated uncertainties, with white and with correlated noise",
+        run: calibration::calibration,
+        draw: None,
     },
     Experiment {
         name: "part-to-cad",

@@ -14,7 +14,7 @@ use crate::args::{ConvertArgs, FallbackFlag, KnownFlag, PipelineFlag, SchemaFlag
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::scan::{self, UnitSource, Units};
-use crate::{classify, gprimdb, outputs, picture, summary};
+use crate::{classify, gprimdb, outputs, picture, relations, summary};
 
 /// Turns a scan into a STEP solid.
 pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
@@ -25,7 +25,7 @@ pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
 fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     let file = scan::read(&args.scan)?;
     let units = scan::units(args.units, file.units);
-    let options = options(args);
+    let options = options(args, units)?;
     let (result, known) = reconstruct(args, &file, &options, units, console)?;
     if args.strict && !result.fallbacks().is_empty() {
         return Err(Failure::Strict(names(&result.fallbacks())));
@@ -128,16 +128,21 @@ fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> Strin
     step::write(&result.model.solids, &options)
 }
 
-fn options(args: &ConvertArgs) -> Options {
-    Options {
+fn options(args: &ConvertArgs, units: Units) -> Result<Options, Failure> {
+    Ok(Options {
         seed: args.seed,
         gap: args.tolerance,
         min_face: args.min_face,
         support: args.support.into(),
         target: args.target,
         up: args.up.map(|[x, y, z]| UnitVec3::new_normalize(Vec3::new(x, y, z))),
+        relations: relations::read(&args.relations)?,
+        manufacture: relations::manufacture(args.manufacture, units),
+        systematic: args.systematic.unwrap_or_default(),
+        millimetres: units.unit.millimeters(),
+        snap: args.snap,
         ..Options::default()
-    }
+    })
 }
 
 fn output_paths(args: &ConvertArgs) -> Vec<&Path> {

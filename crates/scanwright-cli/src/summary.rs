@@ -11,6 +11,7 @@ use scanwright::recognize::Missing;
 use scanwright::report;
 use scanwright::surface::SurfaceKind;
 
+use crate::dimensions;
 use crate::picture::counted;
 use crate::scan::{UnitSource, Units};
 
@@ -37,6 +38,12 @@ pub fn of_run(
         lines.add("support", &format!("a table of {} triangles was taken away", count(n)));
     }
     lines.add("regions", &regions_line(result));
+    if let Some(text) = dimensions::relations_line(result) {
+        lines.add("relations", &text);
+    }
+    for text in dimensions::dimension_lines(result, options, unit) {
+        lines.add("dims", &text);
+    }
     for known in known {
         lines.add("known", &known_line(known));
     }

@@ -17,16 +17,19 @@ use crate::brep::Solid;
 use crate::condition::{self, ConditionReport, Support};
 use crate::denoise::{self, DenoiseMethod};
 use crate::deviation::{self, Deviation};
+use crate::dimension::{Dimension, Systematic};
+use crate::fit::Noise;
 use crate::math::{Point3, UnitVec3};
 use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::par;
 use crate::progress::{Cancelled, Progress, Stage};
 use crate::recognize::{self, Primitive, Sufficiency};
+use crate::regularize::{Manufacture, Regularized, Relation, Relations};
 use crate::segment::{self, RegionId, SegmentMethod, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
 
 /// What the caller may choose. Everything else is measured from the scan.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Seed of all random choices.
     pub seed: u64,
@@ -42,6 +45,16 @@ pub struct Options {
     pub up: Option<UnitVec3>,
     /// Standard uncertainty that the sizes of every face shall have, length; not judged when `None`.
     pub target: Option<f64>,
+    /// Which relations between primitives are made exact.
+    pub relations: Relations,
+    /// What real faces deviate by from their design; a relation is not refused for that.
+    pub manufacture: Manufacture,
+    /// What the scanner may be wrong by beside its noise.
+    pub systematic: Systematic,
+    /// Length of the scan's unit in millimetres: round values and holes of threads depend on it.
+    pub millimetres: f64,
+    /// Whether round values replace measured ones.
+    pub snap: bool,
 }
 
 impl Options {
@@ -50,7 +63,7 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Seed 1; the rest measured; fit-driven; the table looked for.
+    /// Seed 1; the rest measured; fit-driven; the table and relations looked for.
     fn default() -> Self {
         Self {
             seed: Self::DEFAULT_SEED,
@@ -60,6 +73,11 @@ impl Default for Options {
             support: SupportSearch::Auto,
             up: None,
             target: None,
+            relations: Relations::Auto,
+            manufacture: Manufacture::default(),
+            systematic: Systematic::default(),
+            millimetres: 1.0,
+            snap: false,
         }
     }
 }
@@ -113,12 +131,18 @@ pub struct Reconstruction {
     pub conditioned: ConditionReport,
     /// What the scanner did.
     pub measured: Measured,
+    /// Its noise, as what is left of it on the faces shows it.
+    pub noise: Noise,
     /// Thresholds of the run.
     pub tolerances: Tolerances,
     /// The supporting table, if there was one.
     pub support: Option<Support>,
     /// Regions of `mesh` and their primitives, after regularization.
     pub segmentation: Segmentation,
+    /// Relations between the primitives, made exact and refused.
+    pub relations: Vec<Relation>,
+    /// Sizes, distances and angles as measured, with the round values they may mean.
+    pub dimensions: Vec<Dimension>,
     /// The solids.
     pub model: Model,
     /// Signed distances of the part's vertices to the model; `None` without a model.
@@ -148,7 +172,7 @@ impl Reconstruction {
             mine.sort_unstable();
             mine.dedup();
             let points: Vec<Point3> = mine.iter().map(|v| self.mesh.vertices[*v as usize]).collect();
-            recognize::sufficiency(&self.segmentation.primitives[k], &points, target)
+            recognize::sufficiency(&self.segmentation.primitives[k], &points, target, &self.noise)
         })
     }
 
@@ -251,20 +275,26 @@ pub fn run_revised(
 ) -> Result<Reconstruction, Error> {
     let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
 
-    let mut segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
+    let stated = stages::stated(&part, &segmentation, &scan.tolerances);
+    let Regularized { mut segmentation, relations } =
+        stages::regularize(&part, &stated, &scan.tolerances, options);
     revise(&mut segmentation.primitives);
+    let dimensions = stages::dimensions(&part, &stated, &mut segmentation, options);
     progress.report(Stage::Regularize, 1.0)?;
 
     let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    Ok(reconstruction(Regions { scan, support, part, segmentation }, model, deviation, warnings))
+    let regions = Regions { scan, support, part, segmentation };
+    let result = reconstruction(regions, stated.noise, model, deviation, warnings);
+    Ok(Reconstruction { relations, dimensions, ..result })
 }
 
 /// What was found. `warnings`: those about the model.
 fn reconstruction(
     regions: Regions,
+    noise: Noise,
     model: Model,
     deviation: Option<Deviation>,
     warnings: Vec<Warning>,
@@ -279,9 +309,12 @@ fn reconstruction(
         source_triangle,
         conditioned: report,
         measured,
+        noise,
         tolerances,
         support,
         segmentation,
+        relations: Vec::new(),
+        dimensions: Vec::new(),
         model,
         deviation,
         warnings,

@@ -221,6 +221,21 @@ pub struct ConvertArgs {
     /// what is missing
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub target: Option<f64>,
+    /// Relations between primitives (parallel, coaxial, equal radii, ...): auto, off, or a TOML file that lists those to
+    /// make exact
+    #[arg(long, value_name = "auto|off|LIST.toml", default_value = "auto", conflicts_with = "pipeline")]
+    pub relations: PathBuf,
+    /// Standard deviation of what real faces keep from their design by manufacture, in the scan's unit: relations are not
+    /// refused for that [default: 0.03 mm, and 0.05 degrees]; 0: none, of angles neither
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length_or_zero)]
+    pub manufacture: Option<f64>,
+    /// What the scanner may be wrong by beside its noise, as standard uncertainty: LENGTH, or LENGTH,SHARE with a share of
+    /// every length (0.02,0.00003 is 0.02 and 0.03 per thousand)
+    #[arg(long, value_name = "LENGTH[,SHARE]", value_parser = parse_systematic)]
+    pub systematic: Option<scanwright::dimension::Systematic>,
+    /// Put the round values that measured ones may mean into the model; by default they are offered only
+    #[arg(long)]
+    pub snap: bool,
     /// Fallbacks that count as success: a list of open, freeform, facets
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,
@@ -480,6 +495,20 @@ fn parse_direction(text: &str) -> Result<[f64; 3], String> {
 fn parse_length(text: &str) -> Result<f64, String> {
     let length: f64 = text.parse().map_err(|_| "a number is needed")?;
     if length.is_finite() && length > 0.0 { Ok(length) } else { Err("a length is positive".to_owned()) }
+}
+
+fn parse_length_or_zero(text: &str) -> Result<f64, String> {
+    let length: f64 = text.parse().map_err(|_| "a number is needed")?;
+    let is_one = length.is_finite() && length >= 0.0;
+    if is_one { Ok(length) } else { Err("a length is not negative".to_owned()) }
+}
+
+fn parse_systematic(text: &str) -> Result<scanwright::dimension::Systematic, String> {
+    let (offset, share) = text.split_once(',').unwrap_or((text, "0"));
+    Ok(scanwright::dimension::Systematic {
+        offset: parse_length_or_zero(offset)?,
+        share: parse_length_or_zero(share)?,
+    })
 }
 
 fn parse_count(text: &str) -> Result<usize, String> {

@@ -61,6 +61,20 @@ fn distance_by_motions(surface: &Surface, frame: &Frame, point: &Point3) -> SVec
     ])
 }
 
+/// The frame at `pivot` that motions of `surface` refer to: its third direction is the surface's axis (plane: its normal;
+/// sphere: the coordinate axes).
+pub fn frame_of(surface: &Surface, pivot: Point3) -> Frame {
+    match surface {
+        Surface::Plane(s) => Frame::from_z(pivot, s.normal),
+        Surface::Sphere(_) => {
+            Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() }
+        }
+        Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
+    }
+}
+
 /// Covariance of the parameters of `surface` fitted to `samples`, in the order of [`parameter_names`].
 ///
 /// Motions are of the surface about the samples' centroid, in the frame whose third direction is the surface's axis
@@ -72,16 +86,7 @@ pub fn parameter_covariance(
     sigma: f64,
     n_effective: f64,
 ) -> Vec<Vec<f64>> {
-    let pivot = centroid(&samples.points);
-    let frame = match surface {
-        Surface::Plane(s) => Frame::from_z(pivot, s.normal),
-        Surface::Sphere(_) => {
-            Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() }
-        }
-        Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
-        Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
-        Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
-    };
+    let frame = frame_of(surface, centroid(&samples.points));
     let columns = columns(surface);
     let n = columns.len();
     let mut information = DMatrix::<f64>::zeros(n, n);

@@ -1,16 +1,20 @@
 //! Solvers: orthogonal-distance least squares for the five surfaces, on points and normals.
 //!
 //! `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit, `covariance`
-//! its uncertainty. [`fit_known`] fits a known type by the product's method or by a baseline (`closed`, `pgp2x`). Nothing
+//! and `noise` its uncertainty. [`fit_known`] fits a known type by the product's method or by a baseline (`closed`, `pgp2x`). Nothing
 //! here knows what a region is or which type is right.
 
 mod closed;
 mod covariance;
+mod noise;
 mod pgp2x;
 mod refine;
 mod start;
 
-pub use covariance::{VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_names};
+pub use covariance::{
+    VERTICES_PER_SAMPLE, distance_by_parameters, frame_of, parameter_covariance, parameter_names,
+};
+pub use noise::{Noise, correlated_covariance};
 pub use refine::{Weights, least_squares, refine};
 pub use start::starts;
 
@@ -152,7 +156,8 @@ impl Samples {
         let pick = |i: usize| i * len / n;
         Self {
             points: (0..n).map(|i| self.points[pick(i)]).collect(),
-            normals: (0..n).map(|i| self.normals[pick(i)]).collect(),
+            // What only asks for distances brings none.
+            normals: (0..n.min(self.normals.len())).map(|i| self.normals[pick(i)]).collect(),
         }
     }
 }

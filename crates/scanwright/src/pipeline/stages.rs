@@ -2,11 +2,14 @@
 
 use crate::condition::{self, ConditionReport, Conditioned, Support};
 use crate::denoise;
+use crate::dimension::{self, Dimension};
+use crate::fit::Noise;
 use crate::math::Vec3;
 use crate::mesh::{Adjacency, Mesh, TriId};
-use crate::regularize;
+use crate::regularize::{self, RegularizeOptions, Regularized};
 use crate::segment::{self, SegmentOptions, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
+use crate::uncertainty::{self, Interior};
 
 use super::{Options, SupportSearch};
 
@@ -79,7 +82,48 @@ pub(super) fn on_scan(scan: &Scan, part: &Part, segmentation: &Segmentation) -> 
     Segmentation { labels, primitives: segmentation.primitives.clone() }
 }
 
+/// The segmentation with what is known of each primitive, the vertices and the noise that say so.
+pub(super) struct Stated {
+    pub segmentation: Segmentation,
+    pub interior: Interior,
+    pub noise: Noise,
+}
+
+pub(super) fn stated(part: &Part, segmentation: &Segmentation, tolerances: &Tolerances) -> Stated {
+    let Part { mesh, adjacency, .. } = part;
+    let interior = Interior::new(mesh, adjacency, segmentation);
+    let noise = uncertainty::measure(mesh, adjacency, &interior, segmentation, tolerances);
+    let segmentation = uncertainty::stated(mesh, &interior, segmentation, &noise, tolerances);
+    Stated { segmentation, interior, noise }
+}
+
 /// The segmentation with the relations between its primitives made exact.
-pub(super) fn regularize(part: &Part, segmentation: &Segmentation, tolerances: &Tolerances) -> Segmentation {
-    regularize::regularize(&part.mesh, &part.adjacency, segmentation, tolerances)
+pub(super) fn regularize(
+    part: &Part,
+    stated: &Stated,
+    tolerances: &Tolerances,
+    options: &Options,
+) -> Regularized {
+    let Stated { segmentation, interior, noise } = stated;
+    let options =
+        RegularizeOptions { relations: options.relations.clone(), manufacture: options.manufacture };
+    regularize::regularize(&part.mesh, interior, segmentation, noise, tolerances, &options)
+}
+
+/// Dimensions of the part; with `--snap` the round ones are put into `segmentation`.
+pub(super) fn dimensions(
+    part: &Part,
+    stated: &Stated,
+    segmentation: &mut Segmentation,
+    options: &Options,
+) -> Vec<Dimension> {
+    let Part { mesh, adjacency, .. } = part;
+    let mut dimensions =
+        dimension::dimensions(mesh, adjacency, &stated.interior, segmentation, &options.systematic);
+    let Options { millimetres, manufacture, .. } = options;
+    dimension::offer(&mut dimensions, &segmentation.primitives, *millimetres, manufacture);
+    if options.snap {
+        *segmentation = dimension::snapped(segmentation, &mut dimensions);
+    }
+    dimensions
 }

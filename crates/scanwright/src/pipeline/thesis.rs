@@ -39,7 +39,7 @@ pub fn run_thesis(
         other => other,
     };
     let Regions { scan, support, part, segmentation } =
-        regions(mesh, &Options { method, ..*options }, progress)?;
+        regions(mesh, &Options { method, ..options.clone() }, progress)?;
     let segmentation = recognized(&part, &segmentation, &scan.tolerances, classifier);
     progress.report(Stage::Regularize, 1.0)?;
 
@@ -47,7 +47,8 @@ pub fn run_thesis(
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    Ok(reconstruction(Regions { scan, support, part, segmentation }, model, deviation, undrawn))
+    let stages::Stated { segmentation, noise, .. } = stages::stated(&part, &segmentation, &scan.tolerances);
+    Ok(reconstruction(Regions { scan, support, part, segmentation }, noise, model, deviation, undrawn))
 }
 
 /// The same regions with their types by normals and their sizes by PGP2X.

@@ -10,7 +10,7 @@ pub use choose::{
     COST_CAP, Choice, Limits, TYPE_ORDER, choose, excess_cost, fit_kind, is_as_good, is_better,
     is_ring_or_lemon, is_worth, mean_cost,
 };
-pub use sufficiency::{Missing, Sufficiency, sufficiency};
+pub use sufficiency::{Missing, Sufficiency, arc_seen, sufficiency};
 
 use crate::fit::{Fit, Samples, VERTICES_PER_SAMPLE, parameter_covariance};
 use crate::math::stats;

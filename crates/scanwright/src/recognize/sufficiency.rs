@@ -7,7 +7,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::Primitive;
-use crate::fit::{Samples, VERTICES_PER_SAMPLE, parameter_covariance, parameter_names};
+use crate::fit::{Noise, Samples, correlated_covariance, parameter_names};
 use crate::math::{Axis, Frame, Point3, centroid, try_unit};
 use crate::surface::Surface;
 
@@ -47,9 +47,25 @@ const STEP: f64 = 5.0 * PI / 180.0;
 /// Points that stand for those of a face.
 const MOST_POINTS: usize = 1_500;
 
+/// How much of its turn a round face was seen over, radians; of a sphere the polar angle about the middle of what was
+/// seen. `None` for planes, and without points.
+pub fn arc_seen(surface: &Surface, points: &[Point3]) -> Option<f64> {
+    let whole = if let Surface::Sphere(_) = surface { PI } else { TAU };
+    if matches!(surface, Surface::Plane(_)) || points.is_empty() {
+        return None;
+    }
+    // All round, there is no widest gap to begin after.
+    Some(Seen::new(surface, points).map_or(whole, |seen| seen.arc))
+}
+
 /// Whether the sizes of a primitive seen at `points`, the vertices of its region, are known within `target`; `None` for
 /// freeform, and where the data leave a parameter open altogether.
-pub fn sufficiency(primitive: &Primitive, points: &[Point3], target: f64) -> Option<Sufficiency> {
+pub fn sufficiency(
+    primitive: &Primitive,
+    points: &[Point3],
+    target: f64,
+    noise: &Noise,
+) -> Option<Sufficiency> {
     let surface = primitive.surface.as_ref()?;
     let uncertainty = of_lengths(surface, &primitive.covariance)?;
     if uncertainty <= target {
@@ -57,7 +73,7 @@ pub fn sufficiency(primitive: &Primitive, points: &[Point3], target: f64) -> Opt
     }
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
     let few: Vec<Point3> = points.iter().copied().step_by(stride).collect();
-    let missing = wider(surface, &few, points.len(), uncertainty, target);
+    let missing = wider(surface, &few, points.len(), uncertainty, target, noise);
     Some(Sufficiency { uncertainty, missing: Some(missing) })
 }
 
@@ -71,14 +87,21 @@ fn of_lengths(surface: &Surface, covariance: &[Vec<f64>]) -> Option<f64> {
     (largest > 0.0).then(|| largest.sqrt())
 }
 
-fn wider(surface: &Surface, points: &[Point3], n_vertices: usize, uncertainty: f64, target: f64) -> Missing {
+fn wider(
+    surface: &Surface,
+    points: &[Point3],
+    n_vertices: usize,
+    uncertainty: f64,
+    target: f64,
+    noise: &Noise,
+) -> Missing {
     let more_points = |uncertainty: f64| Missing::Points((uncertainty / target).powi(2).ceil());
     let Some(seen) = Seen::new(surface, points) else { return more_points(uncertainty) };
     let foretold = |arc: f64| {
         let times = arc / seen.arc;
         let samples = Samples { points: seen.stretched(points, times), normals: Vec::new() };
-        let n_effective = (times * n_vertices as f64 / VERTICES_PER_SAMPLE).max(1.0);
-        of_lengths(surface, &parameter_covariance(surface, &samples, 1.0, n_effective))
+        let n_vertices = (times * n_vertices as f64) as usize;
+        of_lengths(surface, &correlated_covariance(surface, &samples, n_vertices, noise, |_| 0.0))
     };
     let Some(now) = foretold(seen.arc) else { return more_points(uncertainty) };
     let mut best = uncertainty;
@@ -170,6 +193,7 @@ mod tests {
 
     const RADIUS: f64 = 10.0;
     const SIGMA: f64 = 0.05;
+    const NOISE: Noise = Noise { white: SIGMA, correlated: SIGMA, length: 2.0 };
 
     /// A wall of some degrees, its points half a length apart.
     fn wall(degrees: f64) -> (Primitive, Vec<Point3>) {
@@ -187,19 +211,21 @@ mod tests {
             .collect();
         let samples = Samples { points: points.clone(), normals: Vec::new() };
         let fit = Fit { surface, outward: true };
-        (Primitive::with_evidence(fit, &samples, points.len()), points)
+        let mut primitive = Primitive::with_evidence(fit, &samples, points.len());
+        primitive.covariance = correlated_covariance(&surface, &samples, points.len(), &NOISE, |_| 0.0);
+        (primitive, points)
     }
 
     fn missing(degrees: f64, target: f64) -> Option<Missing> {
         let (primitive, points) = wall(degrees);
-        sufficiency(&primitive, &points, target).expect("a cylinder").missing
+        sufficiency(&primitive, &points, target, &NOISE).expect("a cylinder").missing
     }
 
     #[test]
     fn the_arc_that_is_said_to_be_missing_is_the_one_that_suffices() {
         let known = |degrees: f64| {
             let (primitive, points) = wall(degrees);
-            sufficiency(&primitive, &points, 1.0).expect("a cylinder").uncertainty
+            sufficiency(&primitive, &points, 1.0, &NOISE).expect("a cylinder").uncertainty
         };
         for (seen, wanted) in [(40.0, 90.0), (60.0, 120.0), (90.0, 200.0)] {
             let target = known(wanted);
@@ -214,7 +240,7 @@ mod tests {
     #[test]
     fn where_the_whole_turn_would_not_do_points_are_missing() {
         let (primitive, points) = wall(358.0);
-        let known = sufficiency(&primitive, &points, 1.0).expect("a cylinder").uncertainty;
+        let known = sufficiency(&primitive, &points, 1.0, &NOISE).expect("a cylinder").uncertainty;
         let Some(Missing::Points(times)) = missing(358.0, known / 3.0) else { panic!("points are missing") };
         assert!((8.0..=10.0).contains(&times), "{times} times");
         assert!(Missing::Points(times).text().contains("times as many points"));

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
 use super::MAX_SIGMAS;
-use super::gather::{Agreement, Group, gathered};
+use super::gather::{Agreement, Group, forced, gathered};
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3};
 
 /// An estimated direction; its sign says nothing.
@@ -88,6 +88,8 @@ impl Comparison {
 }
 
 impl Agreement for Comparison {
+    const DIMENSIONS: usize = 2;
+
     fn z_sq(&self) -> f64 {
         self.z_sq
     }
@@ -158,8 +160,9 @@ impl Group for Cluster {
     }
 }
 
-/// Clusters of parallel directions, best seen first. `directions`: one per primitive, `None` for those without.
-pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
+/// Clusters of parallel directions, best seen first. `directions`: one per primitive, `None` for those without. `asked`:
+/// the sets of primitives that are to be parallel; found by evidence when `None`.
+pub(super) fn parallel(directions: &[Option<Direction>], asked: Option<&[Vec<usize>]>) -> Vec<Cluster> {
     let mut order: Vec<(f64, Seen)> = directions
         .iter()
         .enumerate()
@@ -167,5 +170,5 @@ pub(super) fn parallel(directions: &[Option<Direction>]) -> Vec<Cluster> {
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.primitive.cmp(&b.1.primitive)));
     let order: Vec<Seen> = order.into_iter().map(|(_, seen)| seen).collect();
-    gathered(&order)
+    asked.map_or_else(|| gathered(&order), |sets| forced(&order, sets, |seen: &Seen| seen.primitive))
 }

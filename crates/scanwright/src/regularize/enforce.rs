@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3x2, Rotation3, Vector2};
 use super::directions::Direction;
 use super::evidence::{Evidence, moves, turn_to};
 use super::lines::PlacedLine;
+use super::sizes::PlacedPlane;
 use crate::fit::parameter_names;
 use crate::math::{Axis, Frame, Mat3, Point3, UnitVec3, Vec3};
 use crate::recognize::{Primitive, Residual};
@@ -15,12 +16,43 @@ use crate::tolerance::Tolerances;
 const MAX_GROWTH: f64 = 0.5;
 
 /// What relations ask of a primitive.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Target {
     /// Its direction, up to sign; of a sphere, that of its line.
-    pub direction: Direction,
-    /// The line of its axis or centre, if that is on one.
+    pub direction: Option<Direction>,
+    /// The line of its axis or centre, if that is on one; there is a direction then.
     pub line: Option<PlacedLine>,
+    /// The plane that it shares; there is a direction then.
+    pub plane: Option<PlacedPlane>,
+    /// Sizes that it shares.
+    pub sizes: [Option<AskedSize>; 2],
+}
+
+/// A size that several share.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AskedSize {
+    /// Place in `fit::parameter_names`.
+    pub parameter: usize,
+    pub value: f64,
+    pub variance: f64,
+}
+
+impl Target {
+    pub fn is_empty(&self) -> bool {
+        self.direction.is_none() && self.sizes.iter().all(Option::is_none)
+    }
+}
+
+/// The sizes of a surface by their names.
+pub(super) fn size_of(surface: &Surface, name: &str) -> Option<f64> {
+    match (surface, name) {
+        (Surface::Cylinder(s), "radius") => Some(s.radius),
+        (Surface::Sphere(s), "radius") => Some(s.radius),
+        (Surface::Cone(s), "half_angle") => Some(s.half_angle),
+        (Surface::Torus(s), "major_radius") => Some(s.major_radius),
+        (Surface::Torus(s), "minor_radius") => Some(s.minor_radius),
+        _ => None,
+    }
 }
 
 /// `primitive` as `target` asks; its other parameters take the values that are most probable given that.
@@ -68,10 +100,14 @@ struct Asked {
 impl Asked {
     fn new(surface: &Surface, evidence: &Evidence, target: &Target) -> Self {
         let frame = &evidence.frame;
-        let tilt = evidence.tilt;
-        let turn = tilt.map_or(Vec3::zeros(), |_| turn_to(&frame.z, &target.direction.unit));
-        let n = parameter_names(surface).len();
-        let m = 2 * (usize::from(tilt.is_some()) + usize::from(target.line.is_some()));
+        let directed = evidence.tilt.zip(target.direction);
+        let turn = directed.map_or(Vec3::zeros(), |(_, direction)| turn_to(&frame.z, &direction.unit));
+        let names = parameter_names(surface);
+        let n = names.len();
+        let sizes: Vec<AskedSize> = target.sizes.iter().flatten().copied().collect();
+        let m = 2 * (usize::from(directed.is_some()) + usize::from(target.line.is_some()))
+            + usize::from(target.plane.is_some())
+            + sizes.len();
         let mut asked = Self {
             target: *target,
             turn,
@@ -81,24 +117,27 @@ impl Asked {
         };
         // What the direction moves each row by.
         let mut by_direction = DMatrix::zeros(m, 3);
-        if let Some(tilt) = tilt {
+        let mut row = 0;
+        if let Some((tilt, _)) = directed {
             asked.rows.fixed_view_mut::<2, 2>(0, tilt).fill_with_identity();
             asked.by.fixed_rows_mut::<2>(0).copy_from(&Vector2::new(turn.dot(&frame.x), turn.dot(&frame.y)));
             by_direction.fixed_rows_mut::<2>(0).copy_from(&moves(frame).transpose());
+            row += 2;
         }
-        if let Some(line) = &target.line {
-            let first = m - 2;
+        if let Some((line, direction)) = target.line.as_ref().zip(target.direction) {
+            let first = row;
+            row += 2;
             let across = match surface {
-                Surface::Sphere(_) => target.direction.tangents(),
+                Surface::Sphere(_) => direction.tangents(),
                 _ => Matrix3x2::from_columns(&[frame.x.into_inner(), frame.y.into_inner()]),
             };
             let middle = match surface {
                 Surface::Sphere(sphere) => sphere.center,
                 _ => surface.axis().map_or(frame.origin, |axis| axis.foot(&frame.origin)),
             };
-            let axis = Axis { origin: line.through, direction: target.direction.unit };
+            let axis = Axis { origin: line.through, direction: direction.unit };
             // A sphere's centre moves along the coordinate axes, another surface along two axes of its frame.
-            if tilt.is_some() {
+            if directed.is_some() {
                 asked.rows.fixed_view_mut::<2, 2>(first, 0).fill_with_identity();
             } else {
                 asked.rows.fixed_view_mut::<2, 3>(first, 0).copy_from(&across.transpose());
@@ -109,7 +148,24 @@ impl Asked {
             let own = across.transpose() * line.covariance * across;
             asked.covariance.fixed_view_mut::<2, 2>(first, first).copy_from(&own);
         }
-        asked.covariance += &by_direction * target.direction.covariance * by_direction.transpose();
+        if let Some((plane, Surface::Plane(own))) = target.plane.as_ref().zip(Some(surface)) {
+            // Both along the own normal, which the common one is turned to.
+            let sign = if plane.normal.dot(&own.normal) < 0.0 { -1.0 } else { 1.0 };
+            asked.rows[(row, 0)] = 1.0;
+            asked.by[row] = own.signed_distance(&frame.origin) - sign * plane.distance(&frame.origin);
+            by_direction.row_mut(row).copy_from(&(sign * plane.by_direction(&frame.origin)).transpose());
+            asked.covariance[(row, row)] = plane.variance;
+            row += 1;
+        }
+        for size in sizes {
+            asked.rows[(row, size.parameter)] = 1.0;
+            asked.by[row] = size_of(surface, names[size.parameter]).map_or(0.0, |own| size.value - own);
+            asked.covariance[(row, row)] = size.variance;
+            row += 1;
+        }
+        if let Some(direction) = target.direction {
+            asked.covariance += &by_direction * direction.covariance * by_direction.transpose();
+        }
         asked
     }
 
@@ -142,7 +198,8 @@ impl Asked {
         let pivot = frame.origin.coords;
         let mut translation = pivot - rotation * pivot;
         let mut shape = [0.0; 2];
-        for (name, by) in parameter_names(surface).iter().zip(by.iter()) {
+        let names = parameter_names(surface);
+        for (name, by) in names.iter().zip(by.iter()) {
             match *name {
                 "offset_x" | "center_x" => translation += frame.x.into_inner() * *by,
                 "offset_y" | "center_y" => translation += frame.y.into_inner() * *by,
@@ -174,14 +231,20 @@ impl Asked {
                 s.radius += shape[0];
             }
         }
+        for size in self.target.sizes.iter().flatten() {
+            set_size(&mut moved, names[size.parameter], size.value);
+        }
         exists(&moved).then_some(moved)
     }
 
     /// Direction and line without the rounding of a rotation and of first order.
     fn place(&self, origin: &mut Point3, direction: Option<&mut UnitVec3>) {
-        let unit = self.target.direction.unit;
+        let Some(Direction { unit, .. }) = self.target.direction else { return };
         if let Some(line) = &self.target.line {
             *origin = Axis { origin: line.through, direction: unit }.foot(origin);
+        }
+        if let Some(plane) = &self.target.plane {
+            *origin -= plane.normal.into_inner() * plane.distance(origin);
         }
         if let Some(direction) = direction {
             *direction = if unit.dot(direction) < 0.0 { -unit } else { unit };
@@ -223,6 +286,18 @@ impl Asked {
         }
         let turned = &turn * changed * turn.transpose();
         (0..n).map(|i| (0..n).map(|j| 0.5 * (turned[(i, j)] + turned[(j, i)])).collect()).collect()
+    }
+}
+
+/// A shared size without the rounding of a sum.
+fn set_size(surface: &mut Surface, name: &str, value: f64) {
+    match (surface, name) {
+        (Surface::Cylinder(s), "radius") => s.radius = value,
+        (Surface::Sphere(s), "radius") => s.radius = value,
+        (Surface::Cone(s), "half_angle") => s.half_angle = value,
+        (Surface::Torus(s), "major_radius") => s.major_radius = value,
+        (Surface::Torus(s), "minor_radius") => s.minor_radius = value,
+        _ => {}
     }
 }
 

@@ -12,12 +12,11 @@ use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Rotation3};
 
 use super::directions::Direction;
 use crate::fit::{
-    Samples, VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_names,
+    Noise, Samples, VERTICES_PER_SAMPLE, correlated_covariance, distance_by_parameters, parameter_names,
 };
 use crate::math::{Frame, Mat3, Point3, UnitVec3, Vec3, angle_between, centroid};
-use crate::mesh::{Adjacency, Mesh};
+use crate::mesh::Mesh;
 use crate::recognize::Primitive;
-use crate::segment::Segmentation;
 use crate::surface::Surface;
 use crate::tolerance::Tolerances;
 
@@ -47,6 +46,7 @@ impl Evidence {
         mesh: &Mesh,
         primitive: &Primitive,
         vertices: &[u32],
+        noise: &Noise,
         tolerances: &Tolerances,
     ) -> Option<Self> {
         let surface = primitive.surface.as_ref()?;
@@ -60,7 +60,9 @@ impl Evidence {
         let sigma = primitive.residual.rms.max(tolerances.noise()).max(tolerances.rounding());
         let n_effective = (vertices.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
         let variance = sigma * sigma * samples.points.len() as f64 / n_effective;
-        let rows = parameter_covariance(surface, &samples, sigma, n_effective);
+        let misfit = (sigma / noise.sigma()).max(1.0);
+        let noise = Noise { white: noise.white * misfit, correlated: noise.correlated * misfit, ..*noise };
+        let rows = correlated_covariance(surface, &samples, vertices.len(), &noise, |_| 0.0);
         let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
         if covariance.is_empty() {
             return None;
@@ -131,6 +133,27 @@ impl Evidence {
         let cross = &covariance * fixed.transpose();
         let free = &covariance - &cross * (fixed * &cross).try_inverse()? * cross.transpose();
         Some((-(free * gradient), cost))
+    }
+
+    /// Variance of a parameter given those of `fixed`.
+    pub fn variance_given(&self, parameter: usize, fixed: &[usize]) -> Option<f64> {
+        let own = self.covariance[(parameter, parameter)];
+        let fixed: Vec<usize> = fixed.iter().copied().filter(|&k| k != parameter).collect();
+        let n = fixed.len();
+        if n == 0 {
+            return Some(own);
+        }
+        let cross = DVector::from_fn(n, |i, _| self.covariance[(parameter, fixed[i])]);
+        let block = DMatrix::from_fn(n, n, |i, j| self.covariance[(fixed[i], fixed[j])]);
+        let explained = cross.dot(&block.cholesky()?.solve(&cross));
+        Some(own - explained).filter(|variance| *variance > 0.0)
+    }
+
+    /// Root mean square distance of the samples from a surface, length.
+    pub fn rms(&self, surface: &Surface) -> f64 {
+        let points = &self.samples.points;
+        let sum: f64 = points.iter().map(|p| surface.signed_distance(p).powi(2)).sum();
+        (sum / points.len() as f64).sqrt()
     }
 
     /// Where the axis or the centre of `surface` is; `None` for a plane.
@@ -211,22 +234,4 @@ pub(super) fn direction_of(surface: &Surface) -> Option<UnitVec3> {
         Surface::Plane(plane) => Some(plane.normal),
         _ => surface.axis().map(|axis| axis.direction),
     }
-}
-
-/// One list per region, ascending: vertices whose triangles all belong to it.
-pub(super) fn inner_vertices(
-    mesh: &Mesh,
-    adjacency: &Adjacency,
-    segmentation: &Segmentation,
-) -> Vec<Vec<u32>> {
-    let mut inside = vec![Vec::new(); segmentation.primitives.len()];
-    for v in 0..mesh.vertices.len() {
-        let mut labels = adjacency.vertex_triangles.row(v).iter().map(|&t| segmentation.labels[t as usize]);
-        if let Some(Some(first)) = labels.next()
-            && labels.all(|label| label == Some(first))
-        {
-            inside[first.0 as usize].push(v as u32);
-        }
-    }
-    inside
 }

@@ -29,8 +29,10 @@ pub(super) trait Group: Sized {
     fn with(&self, thing: &Self::Thing, agreement: &Self::Agreement) -> Option<Self>;
 }
 
-/// A deviation of two coordinates.
+/// A deviation of one coordinate or two.
 pub(super) trait Agreement {
+    /// Number of coordinates.
+    const DIMENSIONS: usize;
     /// Its square in standard uncertainties.
     fn z_sq(&self) -> f64;
     /// Its density if both mean the same over its density if they have nothing in common.
@@ -76,7 +78,10 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
     let mut best: Option<(f64, usize, &G::Agreement)> = None;
     let mut sum = 1.0 - prior;
     for (g, agreement) in agreements.iter().enumerate() {
-        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_z_sq()) else { continue };
+        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_z_sq(G::Agreement::DIMENSIONS))
+        else {
+            continue;
+        };
         let weight = prior * groups[g].n_members() as f64 / n_before * agreement.odds();
         sum += weight;
         if best.is_none_or(|(w, _, _)| w < weight) {
@@ -90,10 +95,32 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
     (joint, probability)
 }
 
-/// Square of the deviation of two coordinates that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
-fn max_z_sq() -> f64 {
+/// Square of the deviation of one coordinate or two that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
+fn max_z_sq(dimensions: usize) -> f64 {
     // P(|z| > 2.5) = 0.0124; chi squared of two degrees of freedom exceeds -2 ln p with probability p.
     const RARE: f64 = 0.0124;
     const { assert!(MAX_SIGMAS == 2.5, "RARE belongs to 2.5 sigmas") };
-    -2.0 * RARE.ln()
+    if dimensions == 1 { MAX_SIGMAS * MAX_SIGMAS } else { -2.0 * RARE.ln() }
+}
+
+/// The groups that a user asks for: one per set of `sets`, and one per thing in none of them. `name`: what sets call it.
+pub(super) fn forced<G: Group>(
+    things: &[G::Thing],
+    sets: &[Vec<usize>],
+    name: impl Fn(&G::Thing) -> usize,
+) -> Vec<G> {
+    let mut groups: Vec<(Option<usize>, G)> = Vec::new();
+    for thing in things {
+        let set = sets.iter().position(|set| set.contains(&name(thing)));
+        let home = groups.iter_mut().find(|(of, _)| set.is_some() && *of == set);
+        let joint = home.and_then(|(_, group)| {
+            let agreement = G::agreements(std::slice::from_ref(group), thing).pop()??;
+            *group = group.with(thing, &agreement)?;
+            Some(())
+        });
+        if joint.is_none() {
+            groups.push((set, G::founded_by(thing)));
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
 }

@@ -14,7 +14,8 @@ use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
 use super::directions::{Cluster, Direction};
 use super::evidence::Position;
-use super::gather::{Agreement, Group, gathered};
+use super::gather::{Agreement, Group, forced, gathered};
+use super::relation::Manufacture;
 use crate::math::{Mat3, Point3, UnitVec3, centroid};
 
 /// Where a line lies.
@@ -84,6 +85,8 @@ pub(super) struct Comparison {
 }
 
 impl Agreement for Comparison {
+    const DIMENSIONS: usize = 2;
+
     fn z_sq(&self) -> f64 {
         self.z_sq
     }
@@ -186,18 +189,22 @@ fn with_information(
 
 /// Lines with at least two members; the directions of `clusters` take what these say about them.
 ///
-/// `positions`: one per primitive, `None` for those that are on no line. `form_angle` in radians. `points`: the part.
+/// `positions`: one per primitive, `None` for those that are on no line. `form`: what manufacture deviates by. `points`: the
+/// part. `asked`: the sets of primitives that are to be on one line; found by evidence when `None`.
 pub(super) fn coaxial(
     clusters: &mut [Cluster],
     positions: &[Option<Position>],
-    form_angle: f64,
+    form: &Manufacture,
     points: &[Point3],
+    asked: Option<&[Vec<usize>]>,
 ) -> Vec<Line> {
     let middle = centroid(points);
     let spread = spread_about(&middle, points);
     let sections: Vec<Section> =
         clusters.iter().enumerate().map(|(c, k)| section(c, &k.direction, middle, &spread)).collect();
-    let mut lines: Vec<Line> = gathered(&seen(clusters, &sections, positions, form_angle));
+    let seen = seen(clusters, &sections, positions, form);
+    let mut lines: Vec<Line> =
+        asked.map_or_else(|| gathered(&seen), |sets| forced(&seen, sets, |seen: &Seen| seen.primitive));
     lines.retain(|line| line.members.len() > 1);
     for (c, cluster) in clusters.iter_mut().enumerate() {
         let (mut information, mut pull) = (Matrix2::zeros(), Vector2::zeros());
@@ -240,7 +247,7 @@ fn seen(
     clusters: &[Cluster],
     sections: &[Section],
     positions: &[Option<Position>],
-    form_angle: f64,
+    form: &Manufacture,
 ) -> Vec<Seen> {
     let mut all: Vec<(bool, f64, Seen)> = Vec::new();
     for (primitive, position) in positions.iter().enumerate() {
@@ -250,7 +257,7 @@ fn seen(
             .iter()
             .zip(sections)
             .filter(|(cluster, _)| !is_axis || cluster.members.contains(&primitive))
-            .map(|(_, section)| crossing(section, position, form_angle))
+            .map(|(_, section)| crossing(section, position, form))
             .collect();
         let Some(first) = crossings.first() else { continue };
         let spread = first.covariance.determinant();
@@ -261,11 +268,11 @@ fn seen(
 }
 
 /// Where `position` crosses `section`, and how uncertain that is: as its points say, and what real faces deviate by.
-fn crossing(section: &Section, position: &Position, form_angle: f64) -> Crossing {
+fn crossing(section: &Section, position: &Position, form: &Manufacture) -> Crossing {
     let tangents = &section.tangents;
     let (point, by_direction) = position.given(&section.unit);
     let height = (section.origin - point).dot(&section.unit);
-    let form = form_angle * position.reach;
+    let form = form.angle * position.reach;
     Crossing {
         section: *section,
         mean: tangents.transpose() * (point - section.origin),

@@ -20,12 +20,51 @@ const STEPS: usize = 12;
 /// Share of a pair's variance below which the relations accepted so far decide it.
 const DECIDED: f64 = 0.01;
 
-/// The clusters with perpendicular ones made exactly so.
-pub(super) fn related(clusters: &[Cluster]) -> Vec<Cluster> {
-    let mut related = clusters.to_vec();
+/// Perpendicular clusters, made exactly so.
+pub(super) struct Perpendicular {
+    /// All clusters, turned.
+    pub clusters: Vec<Cluster>,
+    /// Pairs that were made perpendicular, by index.
+    pub pairs: Vec<Pair>,
+    /// Pairs that are nearly perpendicular and were left, with the reason.
+    pub left: Vec<(Pair, String)>,
+}
+
+/// Two clusters and how far from perpendicular they were.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    pub clusters: (usize, usize),
+    /// Deviation from a right angle, radians.
+    pub deviation: f64,
+    /// Its variance with all that is not known of both.
+    pub variance: f64,
+}
+
+/// Deviation from a right angle, radians, up to which a pair that is not made perpendicular is worth a word.
+const NEARLY: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// The clusters with perpendicular ones made exactly so. `asked`: the pairs that are to be; found by evidence when `None`.
+pub(super) fn related(clusters: &[Cluster], asked: Option<&[(usize, usize)]>) -> Perpendicular {
     let state = State::new(&clusters[..clusters.len().min(MAX_CLUSTERS)]);
-    let pairs = accepted(&state);
-    let Some(solution) = state.solved(&pairs) else { return related };
+    let (mut pairs, refused) = asked.map_or_else(|| accepted(&state), |asked| (asked.to_vec(), Vec::new()));
+    pairs.retain(|(a, b)| a != b && a.max(b) < &state.seen.len());
+    let described = |pair: (usize, usize)| {
+        let (cosine, row) = state.cosine(pair);
+        Pair {
+            clusters: pair,
+            deviation: cosine.clamp(-1.0, 1.0).asin().abs(),
+            variance: state.variance(&row),
+        }
+    };
+    let nearly = |pair: &Pair| pair.deviation < NEARLY;
+    let mut left: Vec<(Pair, String)> =
+        refused.into_iter().map(|(pair, why)| (described(pair), why)).filter(|(p, _)| nearly(p)).collect();
+    let mut related = clusters.to_vec();
+    let Some(solution) = state.solved(&pairs) else {
+        let why = "the relations asked for contradict each other";
+        left.extend(pairs.into_iter().map(|pair| (described(pair), why.to_owned())));
+        return Perpendicular { clusters: related, pairs: Vec::new(), left };
+    };
     for &(a, b) in &pairs {
         related[a].perpendicular = true;
         related[b].perpendicular = true;
@@ -34,7 +73,7 @@ pub(super) fn related(clusters: &[Cluster]) -> Vec<Cluster> {
         cluster.direction.unit = solution.unit(k);
         cluster.direction.covariance = solution.covariance(k);
     }
-    related
+    Perpendicular { clusters: related, pairs: pairs.into_iter().map(described).collect(), left }
 }
 
 /// Directions as a Gaussian of tilts.
@@ -133,8 +172,11 @@ impl State {
     }
 }
 
-/// Pairs of clusters that are perpendicular by the evidence, best seen first.
-fn accepted(state: &State) -> Vec<(usize, usize)> {
+/// Pairs of clusters, by index.
+type Pairs = Vec<(usize, usize)>;
+
+/// Pairs of clusters that are perpendicular by the evidence, best seen first, and others with the reason.
+fn accepted(state: &State) -> (Pairs, Vec<((usize, usize), String)>) {
     let n = state.seen.len();
     let mut candidates: Vec<(f64, (usize, usize))> = (0..n)
         .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
@@ -145,6 +187,7 @@ fn accepted(state: &State) -> Vec<(usize, usize)> {
     candidates.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
     let mut state = state.clone();
     let mut pairs = Vec::new();
+    let mut refused = Vec::new();
     let mut customs = vec![Custom::default(); n];
     for (at_first, pair) in candidates {
         let (cosine, row) = state.cosine(pair);
@@ -158,12 +201,17 @@ fn accepted(state: &State) -> Vec<(usize, usize)> {
         if holds && custom.accident(accident(variance)) < MAX_ACCIDENT {
             state.observe(cosine, &row, variance);
             pairs.push(pair);
+        } else if holds {
+            refused.push((pair, "so badly seen that it may be by accident".to_owned()));
+        } else {
+            let z = cosine.abs() / variance.sqrt();
+            refused.push((pair, format!("off by {z:.1} standard uncertainties")));
         }
         if accident(variance) < MAX_ACCIDENT {
             custom.count(holds);
         }
     }
-    pairs
+    (pairs, refused)
 }
 
 /// Probability that random directions are perpendicular as well as is asked: their cosine is uniform in [-1, 1].

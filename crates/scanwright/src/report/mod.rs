@@ -12,9 +12,12 @@ pub use regions::{Neighbor, PrimitiveReport};
 use serde::Serialize;
 
 use crate::condition::ConditionReport;
+use crate::dimension::{Dimension, Systematic};
+use crate::fit::Noise;
 use crate::gprimdb::Known;
 use crate::pipeline::{Options, Reconstruction, SolidFacts, SupportSearch, Warning};
 use crate::recognize::Residual;
+use crate::regularize::{Manufacture, Relation, Relations};
 use crate::segment::RegionId;
 
 /// Name and version of the schema.
@@ -60,6 +63,8 @@ pub struct Report {
     primitives: Vec<PrimitiveReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     known: Option<Vec<Known>>,
+    dimensions: Vec<Dimension>,
+    relations: Vec<Relation>,
     solids: Vec<SolidFacts>,
     deviation: Option<DeviationReport>,
     warnings: Vec<Warning>,
@@ -73,6 +78,10 @@ struct Settings {
     support: &'static str,
     up: Option<[f64; 3]>,
     target: Option<f64>,
+    relations: &'static str,
+    manufacture: Manufacture,
+    systematic: Systematic,
+    snap: bool,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -87,6 +96,8 @@ struct Scan {
     noise: f64,
     normal_noise: f64,
     edge_rounding: f64,
+    /// Noise as what is left of the scan on its faces shows it.
+    residual_noise: Noise,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -129,6 +140,8 @@ impl Report {
             support,
             primitives: regions::primitives(result, context),
             known: context.known.map(<[Known]>::to_vec),
+            dimensions: result.dimensions.clone(),
+            relations: result.relations.clone(),
             solids: result.model.facts.clone(),
             deviation,
             warnings: result.warnings.clone(),
@@ -162,6 +175,14 @@ impl Settings {
             support,
             up: options.up.map(|up| [up.x, up.y, up.z]),
             target: options.target,
+            relations: match options.relations {
+                Relations::Auto => "auto",
+                Relations::Off => "off",
+                Relations::Listed(_) => "listed",
+            },
+            manufacture: options.manufacture,
+            systematic: options.systematic,
+            snap: options.snap,
         }
     }
 }
@@ -181,6 +202,7 @@ impl Scan {
             noise: measured.noise,
             normal_noise: measured.normal_noise,
             edge_rounding: measured.edge_rounding,
+            residual_noise: result.noise,
         }
     }
 }
@@ -210,6 +232,7 @@ pub fn segment_ids(labels: &[Option<RegionId>]) -> Vec<i32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Noise;
     use crate::math::{Axis, Point3, Vec3};
     use crate::mesh::Mesh;
     use crate::pipeline::{Code, Model};
@@ -320,12 +343,15 @@ mod tests {
             source_triangle: source.to_vec(),
             conditioned: ConditionReport::default(),
             measured,
+            noise: Noise { white: 0.0, correlated: 0.0, length: 1.0 },
             tolerances: Tolerances::new(measured, None),
             support: None,
             segmentation: Segmentation {
                 labels: labels.iter().map(|l| l.map(RegionId)).collect(),
                 primitives: surfaces.into_iter().map(primitive).collect(),
             },
+            relations: Vec::new(),
+            dimensions: Vec::new(),
             model: Model::default(),
             deviation: None,
             warnings: vec![Warning::new(Code::NoSolid, "none")],

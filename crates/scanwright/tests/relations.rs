@@ -1,0 +1,282 @@
+//! Which relations are found on parts of known design, which are not, and what is asked for by name.
+
+use std::collections::BTreeSet;
+
+use scanwright::fit::{Fit, Noise, Samples, Weights, correlated_covariance, refine};
+use scanwright::math::{Axis, Frame, Point3, UnitVec3, Vec3};
+use scanwright::mesh::{Adjacency, Mesh};
+use scanwright::random::Rng;
+use scanwright::recognize::{Primitive, Residual};
+use scanwright::regularize::{
+    Listed, Manufacture, RegularizeOptions, Regularized, RelationKind, Relations, regularize,
+};
+use scanwright::segment::{RegionId, Segmentation};
+use scanwright::surface::{Cylinder, Plane, Surface};
+use scanwright::tolerance::{Measured, Tolerances};
+use scanwright::uncertainty::Interior;
+
+const SPACING: f64 = 1.0;
+
+/// A scan of faces that do not touch, each fitted on its own.
+struct Scan {
+    mesh: Mesh,
+    segmentation: Segmentation,
+    noise: f64,
+    rng: Rng,
+}
+
+impl Scan {
+    fn new(noise: f64, seed: u64) -> Self {
+        Self {
+            mesh: Mesh::default(),
+            segmentation: Segmentation { labels: Vec::new(), primitives: Vec::new() },
+            noise,
+            rng: Rng::for_task(seed, "relations", 0),
+        }
+    }
+
+    /// Scans a grid of `n` by `m` points of `truth` and fits it; returns its number.
+    fn add(&mut self, [n, m]: [usize; 2], at: impl Fn(usize, usize) -> Point3, truth: Surface) -> u32 {
+        let first = self.mesh.vertices.len() as u32;
+        let region = self.segmentation.primitives.len() as u32;
+        let mut points = Vec::new();
+        for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
+            let exact = at(i, j);
+            points.push(exact + truth.normal(&exact).into_inner() * (self.noise * self.rng.normal()));
+        }
+        for (i, j) in (1..n).flat_map(|i| (1..m).map(move |j| (i, j))) {
+            let v = |di: usize, dj: usize| first + ((i - di) * m + j - dj) as u32;
+            self.mesh.triangles.extend([[v(1, 1), v(0, 1), v(0, 0)], [v(1, 1), v(0, 0), v(1, 0)]]);
+            self.segmentation.labels.extend([Some(RegionId(region)); 2]);
+        }
+        let samples = Samples {
+            normals: points.iter().map(|p| truth.normal(p).into_inner()).collect(),
+            points: points.clone(),
+        };
+        let weights = Weights { distance_sigma: self.noise, normal_sigma: 1.0, normal_weight: 0.0 };
+        let surface = refine(&Fit { surface: truth, outward: true }, &samples, &weights, 40).unwrap().surface;
+        let distances: Vec<f64> = points.iter().map(|p| surface.signed_distance(p)).collect();
+        let covariance = correlated_covariance(&surface, &samples, points.len(), &self.measured(), |_| 0.0);
+        self.segmentation.primitives.push(Primitive {
+            surface: Some(surface),
+            residual: Residual::from_distances(&distances),
+            covariance,
+            ..Primitive::freeform()
+        });
+        self.mesh.vertices.extend(points);
+        region
+    }
+
+    /// A square face of 30 lengths about `center`.
+    fn plane(&mut self, center: Point3, normal: UnitVec3) -> u32 {
+        const N: usize = 31;
+        let frame = Frame::from_z(center, normal);
+        let at = |i: usize, j: usize| {
+            frame.global(&Vec3::new(i as f64 * SPACING - 15.0, j as f64 * SPACING - 15.0, 0.0))
+        };
+        self.add([N, N], at, Surface::Plane(Plane { point: center, normal }))
+    }
+
+    /// Three quarters of a cylinder along `direction`, 20 lengths high.
+    fn cylinder(&mut self, center: Point3, direction: UnitVec3, radius: f64) -> u32 {
+        const ARC: f64 = 4.7;
+        let frame = Frame::from_z(center, direction);
+        let n = (ARC * radius / SPACING) as usize + 2;
+        let at = |i: usize, j: usize| {
+            let (sin, cos) = (ARC * i as f64 / (n - 1) as f64).sin_cos();
+            frame.global(&Vec3::new(radius * cos, radius * sin, j as f64 * SPACING))
+        };
+        let axis = Axis { origin: center, direction };
+        self.add([n, 21], at, Surface::Cylinder(Cylinder { axis, radius }))
+    }
+
+    fn measured(&self) -> Noise {
+        Noise { white: self.noise, correlated: 0.0, length: SPACING }
+    }
+
+    fn regularized(&self, relations: Relations) -> Regularized {
+        let interior = Interior::new(&self.mesh, &Adjacency::new(&self.mesh), &self.segmentation);
+        let tolerances = Tolerances::new(
+            Measured {
+                largest_coordinate: self.mesh.largest_coordinate(),
+                diagonal: self.mesh.diagonal(),
+                spacing: SPACING,
+                noise: self.noise,
+                normal_noise: self.noise,
+                edge_rounding: 0.0,
+            },
+            None,
+        );
+        let manufacture = Manufacture { length: 0.0, angle: 0.0 };
+        let options = RegularizeOptions { relations, manufacture };
+        regularize(&self.mesh, &interior, &self.segmentation, &self.measured(), &tolerances, &options)
+    }
+
+    fn standard_uncertainty(&self, k: u32, parameter: usize) -> f64 {
+        self.segmentation.primitives[k as usize].covariance[parameter][parameter].sqrt()
+    }
+}
+
+/// Every two members of each accepted relation.
+fn pairs(regularized: &Regularized) -> BTreeSet<(RelationKind, u32, u32)> {
+    let mut pairs = BTreeSet::new();
+    for relation in regularized.relations.iter().filter(|r| r.accepted) {
+        for (i, &a) in relation.of.iter().enumerate() {
+            pairs.extend(relation.of[i + 1..].iter().map(|&b| (relation.kind, a.min(b), a.max(b))));
+        }
+    }
+    // The best seen of two directions stand for all of them.
+    pairs.retain(|pair| pair.0 != RelationKind::Perpendicular);
+    pairs
+}
+
+/// A part of random design, and all pairs of it that are related.
+fn designed(noise: f64, seed: u64) -> (Scan, BTreeSet<(RelationKind, u32, u32)>) {
+    let mut scan = Scan::new(noise, seed);
+    let mut draw = Rng::for_task(seed, "design", 0);
+    let mut truth = BTreeSet::new();
+    let axes = [Vec3::x_axis(), Vec3::y_axis(), Vec3::z_axis()];
+    // Of each face: direction, and its place or line and radius in whole numbers.
+    let mut planes: Vec<(u32, usize, i32)> = Vec::new();
+    let mut cylinders: Vec<(u32, usize, i32, i32)> = Vec::new();
+    for k in 0..12 {
+        let axis = draw.below(3);
+        let level = 3 * draw.below(4) as i32;
+        let aside = Vec3::new(draw.uniform(), draw.uniform(), draw.uniform()) * 150.0;
+        let direction = axes[axis].into_inner();
+        let center = Point3::from(aside - direction * direction.dot(&aside) + direction * f64::from(level));
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let id = scan.plane(center, UnitVec3::new_unchecked(direction * sign));
+        planes.push((id, axis, level));
+    }
+    for _ in 0..10 {
+        let line = draw.below(4) as i32;
+        let radius = 5 + draw.below(4) as i32;
+        let center = Point3::new(40.0 * f64::from(line), 300.0, 60.0 * draw.uniform());
+        let id = scan.cylinder(center, axes[2], f64::from(radius));
+        cylinders.push((id, 2, line, radius));
+    }
+    let directions = planes.iter().map(|p| (p.0, p.1)).chain(cylinders.iter().map(|c| (c.0, c.1)));
+    let directions: Vec<(u32, usize)> = directions.collect();
+    for (i, a) in directions.iter().enumerate() {
+        truth.extend(
+            directions[i + 1..].iter().filter(|b| a.1 == b.1).map(|b| (RelationKind::Parallel, a.0, b.0)),
+        );
+    }
+    for (i, a) in planes.iter().enumerate() {
+        let same = planes[i + 1..].iter().filter(|b| a.1 == b.1 && a.2 == b.2);
+        truth.extend(same.map(|b| (RelationKind::Coplanar, a.0, b.0)));
+    }
+    for (i, a) in cylinders.iter().enumerate() {
+        let others = &cylinders[i + 1..];
+        truth.extend(others.iter().filter(|b| a.2 == b.2).map(|b| (RelationKind::Coaxial, a.0, b.0)));
+        truth.extend(others.iter().filter(|b| a.3 == b.3).map(|b| (RelationKind::EqualRadius, a.0, b.0)));
+    }
+    (scan, truth)
+}
+
+#[test]
+fn relations_of_a_design_are_found_and_no_others() {
+    for noise in [0.02, 0.07, 0.2] {
+        let (mut n_right, mut n_found, mut n_true) = (0, 0, 0);
+        for seed in 0..8 {
+            let (scan, truth) = designed(noise, seed);
+            let found = pairs(&scan.regularized(Relations::Auto));
+            n_right += found.intersection(&truth).count();
+            n_found += found.len();
+            n_true += truth.len();
+        }
+        let (precision, recall) = (n_right as f64 / n_found as f64, n_right as f64 / n_true as f64);
+        println!("noise {noise}: precision {precision:.4}, recall {recall:.4} of {n_true} pairs");
+        assert!(precision >= 0.98, "noise {noise}: precision {precision}");
+        assert!(recall >= 0.90, "noise {noise}: recall {recall}");
+    }
+}
+
+#[test]
+fn sizes_and_planes_that_differ_by_six_uncertainties_stay_apart() {
+    const SIGMAS: f64 = 6.0;
+    const N: u64 = 60;
+    let mut n_accepted = 0;
+    for seed in 0..N {
+        let mut scan = Scan::new(0.05, 100 + seed);
+        let below = scan.plane(Point3::origin(), Vec3::z_axis());
+        let bore = scan.cylinder(Point3::new(0.0, 60.0, 0.0), Vec3::z_axis(), 6.0);
+        let apart = |u: f64| SIGMAS * std::f64::consts::SQRT_2 * u;
+        let radius = apart(scan.standard_uncertainty(bore, 4));
+        // Beside it the direction of the two together, half as uncertain squared as that of each, has a lever.
+        const AWAY: f64 = 35.0;
+        let lever = 0.5 * AWAY * scan.standard_uncertainty(below, 2);
+        let height = apart(scan.standard_uncertainty(below, 0).hypot(lever));
+        scan.plane(Point3::new(AWAY, 0.0, height), Vec3::z_axis());
+        scan.cylinder(Point3::new(60.0, 60.0, 0.0), Vec3::z_axis(), 6.0 + radius);
+        let found = pairs(&scan.regularized(Relations::Auto));
+        let wrong = |kind| found.iter().filter(|pair| pair.0 == kind).count();
+        n_accepted += wrong(RelationKind::Coplanar) + wrong(RelationKind::EqualRadius);
+    }
+    // One in a hundred of the 120 pairs.
+    assert!(n_accepted <= 1, "{n_accepted} of {} were made equal", 2 * N);
+}
+
+#[test]
+fn sizes_that_are_equal_are_exactly_so_and_nearer_to_the_truth() {
+    let (mut before, mut after) = (0.0, 0.0);
+    for seed in 0..30 {
+        let mut scan = Scan::new(0.1, 500 + seed);
+        let bores: Vec<u32> = (0..6)
+            .map(|k| scan.cylinder(Point3::new(40.0 * f64::from(k), 0.0, 0.0), Vec3::z_axis(), 6.0))
+            .collect();
+        let result = scan.regularized(Relations::Auto);
+        let radius = |segmentation: &Segmentation, k: u32| match segmentation.primitives[k as usize].surface {
+            Some(Surface::Cylinder(s)) => s.radius,
+            ref other => panic!("{other:?} is no cylinder"),
+        };
+        for &k in &bores {
+            before += (radius(&scan.segmentation, k) - 6.0).powi(2);
+            after += (radius(&result.segmentation, k) - 6.0).powi(2);
+        }
+        let certificate = result.relations.iter().find(|r| r.kind == RelationKind::EqualRadius).unwrap();
+        // One in eighty is farther off than is made equal.
+        assert!(certificate.accepted && certificate.of.len() >= 5 && certificate.shift > 0.0);
+        let first = radius(&result.segmentation, certificate.of[0]);
+        assert!(certificate.of.iter().all(|&k| radius(&result.segmentation, k) == first));
+        assert!(certificate.z < 3.5 && certificate.z_statistical >= certificate.z);
+        assert!(certificate.after < 1.05 * certificate.before, "{certificate:?}");
+    }
+    // The mean of six: of 30 means, a sixth of the square within four standard deviations.
+    assert!(after < 0.34 * before, "{before} became {after}");
+}
+
+#[test]
+fn relations_can_be_left_out_or_asked_for() {
+    let mut scan = Scan::new(0.05, 9);
+    let a = scan.plane(Point3::origin(), Vec3::z_axis());
+    let b = scan.plane(Point3::new(35.0, 0.0, 0.0), Vec3::z_axis());
+    // So little off that the scan shows it clearly, and that a user may want it level nevertheless.
+    let c = scan.plane(Point3::new(0.0, 35.0, 0.03), Vec3::z_axis());
+    // Planes that have nothing in common lie anywhere in the height of the part.
+    scan.plane(Point3::new(0.0, 0.0, 50.0), Vec3::z_axis());
+    let off = scan.regularized(Relations::Off);
+    assert_eq!(off.segmentation.primitives, scan.segmentation.primitives);
+    assert!(off.relations.is_empty());
+
+    let auto = pairs(&scan.regularized(Relations::Auto));
+    assert!(auto.contains(&(RelationKind::Coplanar, a, b)), "{auto:?}");
+    assert!(!auto.contains(&(RelationKind::Coplanar, a, c)), "{auto:?}");
+
+    let list = vec![Listed { kind: RelationKind::Coplanar, of: vec![a, c] }];
+    let asked = scan.regularized(Relations::Listed(list));
+    assert_eq!(
+        pairs(&asked).into_iter().collect::<Vec<_>>(),
+        [(RelationKind::Parallel, a, c), (RelationKind::Coplanar, a, c)]
+    );
+    let plane = |k: u32| match asked.segmentation.primitives[k as usize].surface {
+        Some(Surface::Plane(plane)) => plane,
+        ref other => panic!("{other:?} is no plane"),
+    };
+    assert!(plane(a).signed_distance(&plane(c).point).abs() < 1e-12);
+    assert_eq!(plane(a).normal, plane(c).normal);
+    let told = asked.relations.iter().find(|r| r.kind == RelationKind::Coplanar).unwrap();
+    assert!(told.z > 2.5, "what the scan contradicts is said: {told:?}");
+    assert_eq!(asked.segmentation.primitives[b as usize], scan.segmentation.primitives[b as usize]);
+}
