@@ -104,6 +104,11 @@ fn results<'a>(
             options,
             n_triangles,
             n_vertices: file.mesh.vertices.len(),
+            source: Some(report::Source {
+                file: args.scan.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                bytes: file.n_bytes,
+                sha256: file.sha256.clone(),
+            }),
             known,
         };
         files.push((path, Report::new(result, &context).to_json().into_bytes()));

@@ -5,8 +5,10 @@
 //! J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE Transactions
 //! on Visualization and Computer Graphics 11 (2005), 243-253. Near the border of an open mesh the sign is a guess.
 
+mod histogram;
 mod nearest;
 
+pub use histogram::{Histogram, LimitFrom};
 pub use nearest::Nearest;
 
 use crate::math::Point3;
