@@ -14,6 +14,7 @@ mod info;
 mod outputs;
 mod picture;
 mod render;
+mod report;
 mod scan;
 mod segment;
 mod selftest;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Verb::Classify(args) => classify::run(args),
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
+        Verb::Report(args) => report::run(args),
         Verb::Selftest => selftest::run(),
     });
     let code = match outcome {

@@ -32,6 +32,7 @@ pub mod brep;
 pub mod condition;
 pub mod denoise;
 pub mod deviation;
+pub mod document;
 pub mod fit;
 pub mod gprimdb;
 pub mod io;

@@ -17,6 +17,7 @@ const RANKS: &[&[&str]] = &[
     &["step", "deviation", "render"],
     &["pipeline"],
     &["report"],
+    &["document"],
 ];
 
 #[test]

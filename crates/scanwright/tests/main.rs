@@ -7,6 +7,7 @@ mod close;
 mod condition;
 mod conditioning;
 mod denoise;
+mod document;
 mod draw;
 mod gauss;
 mod gprimdb;

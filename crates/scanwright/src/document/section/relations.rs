@@ -1,0 +1,71 @@
+use super::super::number::{UNKNOWN, short};
+use super::super::page::{Block, Cell, Column, Row, Section, Table};
+use super::super::part::{Part, Relation};
+use super::{references, spoken};
+
+/// What was found to belong together, and what was refused.
+pub fn section(part: &Part) -> Section {
+    let blocks = match &part.relations {
+        None => vec![Block::Text("This result lists no relations.".to_owned())],
+        Some(relations) => listed(part, relations),
+    };
+    Section { title: "Relations", anchor: "relations", blocks }
+}
+
+fn listed(part: &Part, relations: &[Relation]) -> Vec<Block> {
+    let explained = "z is how far the measured surfaces are from the relation in standard uncertainties, with what real \
+                     parts deviate from their design; z of the scan alone leaves that out. Shift and turn are the \
+                     largest moves that the relation asked of a surface. Before and after are root mean square \
+                     distances of its points.";
+    let (accepted, refused): (Vec<&Relation>, Vec<&Relation>) = relations.iter().partition(|r| r.accepted);
+    let enforced = table(part, "relations", &accepted, false);
+    let mut blocks = vec![Block::Text(explained.to_owned()), Block::Table(enforced)];
+    if !refused.is_empty() {
+        blocks.push(Block::Heading("Refused".to_owned()));
+        blocks.push(Block::Table(table(part, "relations refused", &refused, true)));
+    }
+    blocks
+}
+
+fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool) -> Table {
+    let unit = part.unit();
+    let mut columns = vec![
+        Column::words("Relation"),
+        Column::words("Of"),
+        Column::number("z", ""),
+        Column::number("z of the scan alone", ""),
+        Column::number("Shift", unit),
+        Column::number("Turn", "°"),
+        Column::number("Rms before", unit),
+        Column::number("Rms after", unit),
+    ];
+    if refused {
+        columns.push(Column::words("Why not"));
+    }
+    let row = |relation: &&Relation| {
+        let mut cells: Vec<Cell> = vec![
+            spoken(&relation.kind).into(),
+            Cell::Regions(references(part, &relation.of)),
+            fixed(relation.z).into(),
+            fixed(relation.z_statistical).into(),
+            short(relation.shift).into(),
+            short(relation.turn.map(f64::to_degrees)).into(),
+            short(relation.before).into(),
+            short(relation.after).into(),
+        ];
+        if refused {
+            cells.push(relation.reason.clone().unwrap_or_else(|| UNKNOWN.to_owned()).into());
+        }
+        Row::new(cells)
+    };
+    let rows = relations.iter().map(row).collect();
+    Table { name, columns, rows, empty: "None was found.".to_owned() }
+}
+
+/// A number of standard uncertainties: a second decimal says nothing.
+fn fixed(z: Option<f64>) -> String {
+    match z.filter(|z| z.is_finite()) {
+        Some(z) if z.abs() < 1000.0 => format!("{:.1}", z.abs()),
+        other => short(other.map(f64::abs)),
+    }
+}
