@@ -359,7 +359,7 @@ fn tags(page: &str) -> Vec<Tag> {
         let event = reader.read_event().unwrap_or_else(|error| panic!("{error} at {}", reader.error_position()));
         match event {
             Event::Start(element) => {
-                open.push(element.name().as_ref().to_vec());
+                open.push(element.name().as_ref().to_owned());
                 tags.push(tag(&element));
             }
             Event::Empty(element) => tags.push(tag(&element)),
@@ -375,11 +375,11 @@ fn tags(page: &str) -> Vec<Tag> {
 fn tag(element: &quick_xml::events::BytesStart) -> Tag {
     let attributes = element.attributes().map(|attribute| {
         let attribute = attribute.unwrap_or_else(|error| panic!("{error}"));
-        let value = attribute.unescape_value().unwrap().into_owned();
-        (String::from_utf8(attribute.key.as_ref().to_vec()).unwrap(), value)
+        let value = quick_xml::escape::unescape(&attribute.value).unwrap().into_owned();
+        (attribute.key.as_ref().to_owned(), value)
     });
     let attributes = attributes.collect();
-    Tag { name: String::from_utf8(element.name().as_ref().to_vec()).unwrap(), attributes }
+    Tag { name: element.name().as_ref().to_owned(), attributes }
 }
 
 /// What a page says, without its markup.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::number::{percent, short};
+use super::number::{count, percent, short};
 use crate::deviation::Histogram;
 use crate::render::Diverging;
 
@@ -85,11 +85,12 @@ fn axes(svg: &mut String, histogram: &Histogram, (from, to): (f64, f64), most: u
     for k in -2..=2 {
         let share = f64::from(k) / 2.0;
         let value = share * histogram.limit;
-        let label = if k > 0 { format!("+{}", short(Some(value))) } else { short(Some(value)) };
+        let label = super::number::trimmed(&short(Some(value)));
+        let label = if k > 0 { format!("+{label}") } else { label };
         text(from + (to - from) * (share + 1.0) / 2.0, floor + 30.0, "middle", &label);
     }
-    text(LEFT + END / 2.0, floor + 30.0, "middle", "below");
-    text(to + GAP + END / 2.0, floor + 30.0, "middle", "above");
+    text(LEFT, floor + 50.0, "start", &format!("below: {}", count(histogram.below)));
+    text(to + GAP + END, floor + 50.0, "end", &format!("above: {}", count(histogram.above)));
     text(0.5 * (from + to), floor + 50.0, "middle", &format!("signed deviation ({unit}), positive outside"));
     let share = percent(Some(most as f64 / histogram.total().max(1) as f64));
     text(LEFT - 6.0, TOP + 4.0, "end", &format!("{share} %"));

@@ -13,6 +13,7 @@ mod part;
 mod pictures;
 mod scene;
 mod section;
+mod unseen;
 mod write;
 
 pub use part::{Part, PartError};

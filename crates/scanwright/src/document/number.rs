@@ -3,7 +3,7 @@
 /// Digits after the point beyond which nothing is written.
 const MOST_DECIMALS: i32 = 12;
 /// Sizes between which numbers are written without an exponent.
-const PLAIN: std::ops::Range<f64> = 1e-6..1e9;
+const PLAIN: std::ops::Range<f64> = 1e-4..1e9;
 /// Significant digits of an uncertainty: the second keeps the rounding below a twentieth of it (JCGM 100:2008, 7.2.6).
 const UNCERTAINTY_DIGITS: i32 = 2;
 /// Significant digits of a value whose uncertainty is not known.
@@ -57,6 +57,14 @@ pub(super) fn significant(value: Option<f64>, digits: i32) -> String {
     // Rounding first: 9.996 with three digits is 10.0, not 10.00.
     let rounded = format!("{value:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(value);
     at_place(Some(rounded), f64::log10(rounded.abs()).floor() as i32 + 1 - digits)
+}
+
+/// Without the zeros that end a decimal fraction.
+pub(super) fn trimmed(text: &str) -> String {
+    if !text.contains('.') || text.contains('e') {
+        return text.to_owned();
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Three significant digits: for what is only looked at.
@@ -126,7 +134,7 @@ mod tests {
 
     #[test]
     fn sizes_of_every_order_stay_short() {
-        for (value, text) in [(9.996, "10.0"), (0.012_34, "0.0123"), (1.5e300, "1.50e300"), (2e-9, "2.00e-9")] {
+        for (value, text) in [(9.996, "10.0"), (0.012_34, "0.0123"), (1.5e300, "1.50e300"), (2e-9, "2.00e-9"), (7.7e-5, "7.70e-5")] {
             assert_eq!(short(Some(value)), text);
         }
         assert!(with_uncertainty(Some(1e300), Some(1e-300)).0.len() < 20);

@@ -1,6 +1,8 @@
 //! The pictures of a document.
 
-use super::Input;
+use std::collections::BTreeSet;
+
+use super::{Input, unseen};
 use super::page::{Figure, Figures};
 use super::part::Part;
 use super::scene::{ModelView, ScanView, Scene};
@@ -44,7 +46,8 @@ pub(super) struct Pictures {
 impl Pictures {
     /// Draws what the scene allows.
     pub fn draw(input: &Input) -> Self {
-        let (part, scene) = (input.part, input.scene);
+        let part = input.part;
+        let scene = &with_unseen(part, input.scene);
         let scan = scene.scan.as_ref().filter(|scan| !scan.mesh.triangles.is_empty()).map(Drawn::scan);
         let model = scene.model.as_ref().map(Drawn::model);
         let histogram = scene.distances.as_ref().map(|distances| {
@@ -59,6 +62,28 @@ impl Pictures {
             histogram,
         }
     }
+}
+
+/// Standard deviations of the noise, spacings and standard deviations of the scanner's spot within which a surface that
+/// was seen lies from the scan: the spot rounds edges by about as much.
+const REACH_SIGMAS: f64 = 5.0;
+const REACH_SPACINGS: f64 = 2.0;
+const REACH_SPOTS: f64 = 2.0;
+
+/// The scene with what nobody saw of extended faces as faces of their own.
+fn with_unseen(part: &Part, scene: &Scene) -> Scene {
+    let extended: BTreeSet<u32> = part.warnings_of("W_ASSUMED_FACE").filter_map(|w| w.primitive).collect();
+    let mut scene = scene.clone();
+    if let (Some(model), Some(scan)) = (&scene.model, &scene.scan) {
+        let lengths = [
+            (REACH_SIGMAS, part.scan.noise),
+            (REACH_SPACINGS, part.scan.spacing),
+            (REACH_SPOTS, part.scan.edge_rounding),
+        ];
+        let reach = lengths.into_iter().map(|(times, length)| times * length.unwrap_or(0.0)).fold(0.0, f64::max);
+        scene.model = Some(unseen::separated(model, &scan.mesh, &extended, reach));
+    }
+    scene
 }
 
 fn missing(scene: &Scene) -> Option<String> {
@@ -163,7 +188,7 @@ fn type_legend(part: &Part, scene: &Scene) -> Vec<(String, String)> {
         })
         .collect();
     if scene.model.as_ref().is_some_and(|model| model.faces.iter().any(|face| face.assumed)) {
-        legend.push((of_kind(Some(SurfaceKind::Plane)).pale().hex(), "pale: assumed".to_owned()));
+        legend.push((of_kind(Some(SurfaceKind::Plane)).pale().hex(), "pale: not seen".to_owned()));
     }
     legend
 }
@@ -217,7 +242,7 @@ fn weak(part: &Part, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>)
     figures
 }
 
-/// The faces of a region that nobody saw, or all of them when none is wholly unseen.
+/// The faces of a region that nobody saw, or all of them when nothing of it is told apart as unseen.
 fn faces_of(model: &ModelView, id: u32) -> Vec<u32> {
     let of_region = |assumed: bool| {
         let faces = model.faces.iter().enumerate();

@@ -1,5 +1,5 @@
 use super::super::chart;
-use super::super::number::{counted, percent, short};
+use super::super::number::{counted, percent, short, trimmed};
 use super::super::page::{Block, Cell, Chart, Column, Row, Section, Table};
 use super::super::part::Part;
 use super::super::pictures::Pictures;
@@ -46,7 +46,7 @@ pub fn section(part: &Part, pictures: &Pictures) -> Section {
 
 fn caption(part: &Part, histogram: &Histogram) -> String {
     let unit = part.unit();
-    let limit = short(Some(histogram.limit));
+    let limit = trimmed(&short(Some(histogram.limit)));
     let why = match histogram.limit_from {
         LimitFrom::Noise => "three standard deviations of the scanner's noise, rounded up",
         LimitFrom::Percentile => {

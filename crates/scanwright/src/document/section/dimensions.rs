@@ -1,4 +1,4 @@
-use super::super::number::{UNKNOWN, count, short, significant, with_uncertainty};
+use super::super::number::{UNKNOWN, count, short, significant, trimmed, with_uncertainty};
 use super::super::page::{Block, Cell, Column, Level, Row, Section, Table};
 use super::super::part::{Dimension, Nominal, Part, Quantity};
 use super::{references, spoken};
@@ -112,14 +112,6 @@ fn nominal_cells(dimension: &Dimension, scale: f64, u95: Option<f64>) -> [Cell; 
     let (difference, _) = with_uncertainty(difference, u95);
     // A nominal value is exact: its own digits, no rounding by the measurement.
     [trimmed(&significant(value, 9)).into(), signed(difference).into(), nominal.grid.clone().into()]
-}
-
-/// Without the zeros that end a decimal fraction.
-fn trimmed(text: &str) -> String {
-    if !text.contains('.') || text.contains('e') {
-        return text.to_owned();
-    }
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn signed(text: String) -> String {

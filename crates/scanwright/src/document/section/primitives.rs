@@ -1,7 +1,6 @@
 use super::super::number::{UNKNOWN, count, known_within, short};
 use super::super::page::{Block, Cell, Column, Level, Row, Section, Table};
 use super::super::part::{Part, Primitive};
-use super::reference;
 
 /// Every primitive with its place and how well its points lie on it.
 pub fn section(part: &Part) -> Section {
@@ -38,7 +37,7 @@ fn row(part: &Part, primitive: &Primitive) -> Row {
     let direction = primitive.normal.or(primitive.axis_direction);
     let offset = largest_of(primitive, &["offset", "center"]).or(part.scan.noise);
     let tilt = largest_of(primitive, &["tilt"]);
-    let mut cells = vec![Cell::Regions(vec![reference(part, primitive.id)])];
+    let mut cells = vec![Cell::Text(part.name_of(primitive.id))];
     cells.extend(coordinates(point, offset));
     cells.extend(coordinates(direction, tilt));
     let rest: [Cell; 7] = [

@@ -1,4 +1,4 @@
-use super::super::number::{count, counted, percent, short};
+use super::super::number::{count, counted, percent, short, significant};
 use super::super::page::{Block, Fact, Level, Point, Reference, Section, Verdict};
 use super::super::part::{Part, Solid};
 use super::{WeakPlace, references};
@@ -61,7 +61,7 @@ fn solid(part: &Part) -> Fact {
     let remark = if part.solids.is_empty() {
         String::new()
     } else {
-        format!("volume {} {unit}³, largest gap {} {unit}", short(sum(|s| s.volume)), short(gap))
+        format!("volume {} {unit}³, largest gap {} {unit}", significant(sum(|s| s.volume), 5), short(gap))
     };
     Fact { label: "Solid", value, remark, level: Some(level) }
 }
