@@ -30,7 +30,8 @@ fn report(args: &ReportArgs, format: Format) -> Result<Code, Failure> {
     let scan = scan.as_ref().map(|(file, labels)| ScanInput { mesh: &file.mesh, labels: labels.as_deref() });
     let scene = Scene::of_files(&part, scan, model.as_ref());
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.part));
-    let text = document::write(&Input { part: &part, name: &name, scene: &scene }, format);
+    let dots_per_inch = document::DOTS_PER_INCH;
+    let text = document::write(&Input { part: &part, name: &name, scene: &scene, dots_per_inch }, format);
     outputs::write(&[(&args.output, text.into_bytes())])?;
     Ok(Code::Done)
 }

@@ -183,8 +183,9 @@ fn weak_places_are_marked_where_they_are() {
 #[test]
 fn labels_that_were_not_kept_are_found_by_the_surfaces() {
     let part = result("bracket");
-    let (mesh, labels) = corner_of_two_walls();
-    // Without labels only planes 0 and 3 can be found, each on its own wall.
+    let (mesh, mut labels) = corner_of_two_walls();
+    // What has no surface and no place cannot be found again: it goes to the plane that it lies on.
+    labels.iter_mut().filter(|label| **label == Some(2)).for_each(|label| *label = Some(0));
     let model = model(&mesh);
     let found = Scene::of_files(&part, Some(ScanInput { mesh: &mesh, labels: None }), Some(&model));
     let given = Scene::of_files(&part, Some(ScanInput { mesh: &mesh, labels: Some(&labels) }), Some(&model));
@@ -192,15 +193,15 @@ fn labels_that_were_not_kept_are_found_by_the_surfaces() {
         let page = page_of(&part, "bracket", scene);
         page.split("alt=\"Where plane 3").next().unwrap().rsplit("src=\"").next().unwrap().to_owned()
     };
-    assert_eq!(picture(&found), picture(&given));
+    assert!(picture(&found) == picture(&given), "other triangles are marked");
 }
 
 fn page_of(part: &Part, name: &str, scene: &Scene) -> String {
-    document::write(&Input { part, name, scene }, Format::Html)
+    document::write(&Input { part, name, scene, dots_per_inch: 40 }, Format::Html)
 }
 
 fn write(part: &Part, name: &str, format: Format) -> String {
-    document::write(&Input { part, name, scene: &Scene::empty() }, format)
+    document::write(&Input { part, name, scene: &Scene::empty(), dots_per_inch: 40 }, format)
 }
 
 fn result(name: &str) -> Part {

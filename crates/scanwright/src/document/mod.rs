@@ -31,7 +31,12 @@ pub struct Input<'a> {
     pub name: &'a str,
     /// Meshes for pictures.
     pub scene: &'a Scene,
+    /// Pixels of pictures per inch of an A4 page; [`DOTS_PER_INCH`] if in doubt.
+    pub dots_per_inch: usize,
 }
+
+/// Sharp on paper, and pages of a few megabytes.
+pub const DOTS_PER_INCH: usize = 200;
 
 /// What a document is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,10 +16,10 @@ use crate::surface::SurfaceKind;
 /// Weak places that get a picture.
 pub(super) const MOST_PLACES: usize = 24;
 
-/// Sizes in pixels: about 200 per inch on A4.
-const OVERVIEW: (usize, usize) = (760, 540);
-const DEVIATION: (usize, usize) = (560, 440);
-const WEAK: (usize, usize) = (520, 400);
+/// Sizes of pictures on the page, inches.
+const OVERVIEW: (f64, f64) = (3.8, 2.7);
+const DEVIATION: (f64, f64) = (2.6, 2.05);
+const WEAK: (f64, f64) = (2.5, 1.95);
 
 /// The two sides of the overview, azimuth and elevation in degrees: together five of the six faces of a box.
 const SIDES_DEG: [(f64, f64); 2] = [(-58.0, 28.0), (128.0, -22.0)];
@@ -55,9 +55,9 @@ impl Pictures {
             Histogram::new(distances, p95, part.scan.noise.unwrap_or(0.0))
         });
         Self {
-            overview: overview(part, scene, scan.as_ref(), model.as_ref()),
-            deviation: scan.as_ref().and_then(|scan| deviation(part, scene, scan, histogram.as_ref())),
-            weak: weak(part, scene, scan.as_ref(), model.as_ref()),
+            overview: overview(input, scene, scan.as_ref(), model.as_ref()),
+            deviation: scan.as_ref().and_then(|scan| deviation(input, scene, scan, histogram.as_ref())),
+            weak: weak(input, scene, scan.as_ref(), model.as_ref()),
             missing: missing(scene),
             histogram,
         }
@@ -141,7 +141,7 @@ fn figure(image: &crate::render::Image, caption: String, alt: String) -> Figure 
     Figure { png: image.to_png(), size: (image.width, image.height), caption, alt }
 }
 
-fn overview(part: &Part, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Option<Figures> {
+fn overview(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Option<Figures> {
     let scan = scan.map(|scan| (scan.drawable(), vec![Color::SCAN; scan.groups.len()]));
     let model = model.zip(scene.model.as_ref()).map(|(drawn, view)| {
         let colors: Vec<Color> = view.face_of.iter().map(|face| color_of(view, *face)).collect();
@@ -152,15 +152,20 @@ fn overview(part: &Part, scene: &Scene, scan: Option<&Drawn>, model: Option<&Dra
         let camera = camera(scene.up, angles);
         for (what, drawn) in [("Scan", &scan), ("Part", &model)] {
             let Some((drawable, colors)) = drawn else { continue };
-            let image = panel(drawable, &Paint::Triangles(colors), &plain(OVERVIEW, scene.frame(), camera));
+            let image = panel(drawable, &Paint::Triangles(colors), &plain(pixels(input, OVERVIEW), scene.frame(), camera));
             let from = side(&camera);
             let alt = format!("{what}, seen from {from}");
             figures.push(figure(&image, format!("{what}, from {from}"), alt));
         }
     }
     let columns = 2;
-    let legend = if scene.model.is_some() { type_legend(part, scene) } else { Vec::new() };
+    let legend = if scene.model.is_some() { type_legend(input.part, scene) } else { Vec::new() };
     (!figures.is_empty()).then_some(Figures { columns, figures, legend })
+}
+
+fn pixels(input: &Input, inches: (f64, f64)) -> (usize, usize) {
+    let pixels = |inches: f64| ((inches * input.dots_per_inch as f64).round() as usize).max(1);
+    (pixels(inches.0), pixels(inches.1))
 }
 
 fn plain(size: (usize, usize), frame: &[Point3], camera: Camera) -> Panel<'_> {
@@ -193,10 +198,15 @@ fn type_legend(part: &Part, scene: &Scene) -> Vec<(String, String)> {
     legend
 }
 
-fn deviation(part: &Part, scene: &Scene, scan: &Drawn, drawn_from: Option<&Histogram>) -> Option<Figures> {
+fn deviation(
+    input: &Input,
+    scene: &Scene,
+    scan: &Drawn,
+    drawn_from: Option<&Histogram>,
+) -> Option<Figures> {
     let distances = scene.distances.as_ref()?;
     // The scale that the result recorded, so that its histogram and the pictures agree.
-    let recorded = part.deviation.as_ref().and_then(|deviation| deviation.histogram.as_ref());
+    let recorded = input.part.deviation.as_ref().and_then(|deviation| deviation.histogram.as_ref());
     let limit = recorded.or(drawn_from)?.limit;
     let scale = Diverging { limit };
     // Lines between regions would hide the colors along them.
@@ -205,7 +215,7 @@ fn deviation(part: &Part, scene: &Scene, scan: &Drawn, drawn_from: Option<&Histo
     let draw = |angles: &(f64, f64)| {
         let camera = camera(scene.up, *angles);
         let paint = Paint::Values { values: distances, scale };
-        let image = panel(&drawable, &paint, &plain(DEVIATION, scene.frame(), camera));
+        let image = panel(&drawable, &paint, &plain(pixels(input, DEVIATION), scene.frame(), camera));
         let from = side(&camera);
         let alt = format!("Deviation of the scan from the part, seen from {from}");
         figure(&image, format!("From {from}"), alt)
@@ -213,8 +223,8 @@ fn deviation(part: &Part, scene: &Scene, scan: &Drawn, drawn_from: Option<&Histo
     Some(Figures { columns: 3, figures: VIEWS_DEG.iter().map(draw).collect(), legend: Vec::new() })
 }
 
-fn weak(part: &Part, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Vec<Option<Figure>> {
-    let places = weak_places(part);
+fn weak(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Vec<Option<Figure>> {
+    let places = weak_places(input.part);
     let cameras = cameras(scene.up);
     let stage = |drawn: &Drawn| {
         let n = drawn.groups.iter().max().map_or(0, |most| (*most as usize).min(drawn.groups.len()) + 1);
@@ -228,12 +238,12 @@ fn weak(part: &Part, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>)
         let on_model = || {
             let (drawn, visible) = model.as_ref()?;
             let groups = faces_of(scene.model.as_ref()?, place.id?);
-            place_figure(part, scene, drawn, visible, &groups, place, &cameras)
+            place_figure(input, scene, (drawn, visible), &groups, place, &cameras)
         };
         let on_scan = || {
             let (drawn, visible) = scan.as_ref()?;
             let group = place.id.map_or(0, |id| id.saturating_add(1));
-            place_figure(part, scene, drawn, visible, &[group], place, &cameras)
+            place_figure(input, scene, (drawn, visible), &[group], place, &cameras)
         };
         if place.unseen { on_model().or_else(on_scan) } else { on_scan() }
     };
@@ -266,10 +276,9 @@ fn cameras(up: UnitVec3) -> Vec<Camera> {
 
 /// The place in magenta on a plain mesh, from where most of it is seen.
 fn place_figure(
-    part: &Part,
+    input: &Input,
     scene: &Scene,
-    drawn: &Drawn,
-    visible: &[Vec<usize>],
+    (drawn, visible): (&Drawn, &[Vec<usize>]),
     groups: &[u32],
     place: &WeakPlace,
     cameras: &[Camera],
@@ -287,10 +296,10 @@ fn place_figure(
     let camera = cameras[best];
     let color = |marked: &bool| if *marked { Color::MARK } else { Color::PLAIN };
     let colors: Vec<Color> = marked.iter().map(color).collect();
-    let (width, height) = WEAK;
+    let (width, height) = pixels(input, WEAK);
     let view = Panel { width, height, frame: scene.frame(), camera, marked: &marked };
     let image = panel(&drawn.drawable(), &Paint::Triangles(&colors), &view);
-    let name = place.id.map_or_else(|| "what belongs to no region".to_owned(), |id| part.name_of(id));
+    let name = place.id.map_or_else(|| "what belongs to no region".to_owned(), |id| input.part.name_of(id));
     let from = side(&camera);
     let caption = if hidden {
         format!("Hidden from every side tried; from {from}")
