@@ -72,6 +72,20 @@ pub(super) fn short(value: Option<f64>) -> String {
     significant(value, 3)
 }
 
+/// A number of standard uncertainties: a second decimal says nothing.
+pub(super) fn deviations(z: Option<f64>) -> String {
+    match z.filter(|z| z.is_finite()) {
+        Some(z) if z.abs() < 1000.0 => format!("{:.1}", z.abs()),
+        other => short(other.map(f64::abs)),
+    }
+}
+
+/// Five significant digits, those before the point in groups of three.
+pub(super) fn large(value: Option<f64>) -> String {
+    let text = significant(value, VALUE_DIGITS);
+    text.parse::<usize>().map_or(text, count)
+}
+
 /// A share as percent. What is not all is never written as 100.
 pub(super) fn percent(share: Option<f64>) -> String {
     let Some(share) = share.filter(|x| x.is_finite()) else { return UNKNOWN.to_owned() };

@@ -9,6 +9,7 @@ use super::scene::{ModelView, ScanView, Scene};
 use super::section::{WeakPlace, weak_places};
 use crate::deviation::Histogram;
 use crate::math::{Point3, UnitVec3, Vec3};
+use crate::mesh::Mesh;
 use crate::recognize::Residual;
 use crate::render::{Camera, Color, Diverging, Drawable, Paint, Panel, of_kind, panel, visible_samples};
 use crate::surface::SurfaceKind;
@@ -48,8 +49,10 @@ impl Pictures {
     pub fn draw(input: &Input) -> Self {
         let part = input.part;
         let scene = &with_unseen(part, input.scene);
-        let scan = scene.scan.as_ref().filter(|scan| !scan.mesh.triangles.is_empty()).map(Drawn::scan);
-        let model = scene.model.as_ref().map(Drawn::model);
+        let scan = scene.scan.as_ref().filter(|scan| !scan.mesh.triangles.is_empty());
+        let groups = scan.map(groups_of).unwrap_or_default();
+        let scan = scan.map(|scan| Drawn::new(&scan.mesh, &groups));
+        let model = scene.model.as_ref().map(|model| Drawn::new(&model.mesh, &model.face_of));
         let histogram = scene.distances.as_ref().map(|distances| {
             let p95 = Residual::from_distances(distances).p95;
             Histogram::new(distances, p95, part.scan.noise.unwrap_or(0.0))
@@ -65,10 +68,10 @@ impl Pictures {
 }
 
 /// Standard deviations of the noise, spacings and standard deviations of the scanner's spot within which a surface that
-/// was seen lies from the scan: the spot rounds edges by about as much.
-const REACH_SIGMAS: f64 = 5.0;
-const REACH_SPACINGS: f64 = 2.0;
-const REACH_SPOTS: f64 = 2.0;
+/// was seen lies from the scan: at a right angle the spot rounds an edge by about its own size.
+const REACH_SIGMAS: f64 = 4.0;
+const REACH_SPACINGS: f64 = 1.0;
+const REACH_SPOTS: f64 = 1.0;
 
 /// The scene with what nobody saw of extended faces as faces of their own.
 fn with_unseen(part: &Part, scene: &Scene) -> Scene {
@@ -101,27 +104,22 @@ fn missing(scene: &Scene) -> Option<String> {
     Some(format!("{what} `{how}` draws them, and so does `scanwright convert --report report.html`."))
 }
 
-/// A mesh with what its triangles belong to.
+/// A mesh with what its triangles belong to: of the part faces, of the scan what [`groups_of`] gives.
 struct Drawn<'a> {
-    drawable_mesh: &'a crate::mesh::Mesh,
-    groups: Vec<u32>,
+    mesh: &'a Mesh,
+    groups: &'a [u32],
+    drawable: Drawable<'a>,
 }
 
 impl<'a> Drawn<'a> {
-    /// Group 0 is no region, group `id + 1` that of a primitive.
-    fn scan(scan: &'a ScanView) -> Self {
-        let groups = scan.labels.iter().map(|label| label.map_or(0, |id| id.saturating_add(1))).collect();
-        Self { drawable_mesh: &scan.mesh, groups }
+    fn new(mesh: &'a Mesh, groups: &'a [u32]) -> Self {
+        Self { mesh, groups, drawable: Drawable::new(mesh, groups) }
     }
+}
 
-    /// Groups are faces.
-    fn model(model: &'a ModelView) -> Self {
-        Self { drawable_mesh: &model.mesh, groups: model.face_of.clone() }
-    }
-
-    fn drawable(&self) -> Drawable<'_> {
-        Drawable::new(self.drawable_mesh, &self.groups)
-    }
+/// Group 0 is no region, group `id + 1` that of a primitive.
+fn groups_of(scan: &ScanView) -> Vec<u32> {
+    scan.labels.iter().map(|label| label.map_or(0, |id| id.saturating_add(1))).collect()
 }
 
 fn camera(up: UnitVec3, (azimuth, elevation): (f64, f64)) -> Camera {
@@ -142,10 +140,10 @@ fn figure(image: &crate::render::Image, caption: String, alt: String) -> Figure 
 }
 
 fn overview(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Option<Figures> {
-    let scan = scan.map(|scan| (scan.drawable(), vec![Color::SCAN; scan.groups.len()]));
+    let scan = scan.map(|scan| (&scan.drawable, vec![Color::SCAN; scan.groups.len()]));
     let model = model.zip(scene.model.as_ref()).map(|(drawn, view)| {
         let colors: Vec<Color> = view.face_of.iter().map(|face| color_of(view, *face)).collect();
-        (drawn.drawable(), colors)
+        (&drawn.drawable, colors)
     });
     let mut figures = Vec::new();
     for angles in SIDES_DEG {
@@ -211,7 +209,7 @@ fn deviation(
     let scale = Diverging { limit };
     // Lines between regions would hide the colors along them.
     let groups = vec![0; scan.groups.len()];
-    let drawable = Drawable::new(scan.drawable_mesh, &groups);
+    let drawable = Drawable::new(scan.mesh, &groups);
     let draw = |angles: &(f64, f64)| {
         let camera = camera(scene.up, *angles);
         let paint = Paint::Values { values: distances, scale };
@@ -228,7 +226,7 @@ fn weak(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn
     let cameras = cameras(scene.up);
     let stage = |drawn: &Drawn| {
         let n = drawn.groups.iter().max().map_or(0, |most| (*most as usize).min(drawn.groups.len()) + 1);
-        visible_samples(&drawn.drawable(), n, &cameras, scene.frame())
+        visible_samples(&drawn.drawable, n, &cameras, scene.frame())
     };
     let shown = &places[..places.len().min(MOST_PLACES)];
     let (any_scan, any_model) = (shown.iter().any(|p| !p.unseen), shown.iter().any(|p| p.unseen));
@@ -298,7 +296,7 @@ fn place_figure(
     let colors: Vec<Color> = marked.iter().map(color).collect();
     let (width, height) = pixels(input, WEAK);
     let view = Panel { width, height, frame: scene.frame(), camera, marked: &marked };
-    let image = panel(&drawn.drawable(), &Paint::Triangles(&colors), &view);
+    let image = panel(&drawn.drawable, &Paint::Triangles(&colors), &view);
     let name = place.id.map_or_else(|| "what belongs to no region".to_owned(), |id| input.part.name_of(id));
     let from = side(&camera);
     let caption = if hidden {

@@ -1,4 +1,4 @@
-use super::super::number::{UNKNOWN, count, short, significant, trimmed, with_uncertainty};
+use super::super::number::{UNKNOWN, deviations, percent, short, significant, trimmed, with_uncertainty};
 use super::super::page::{Block, Cell, Column, Level, Row, Section, Table};
 use super::super::part::{Dimension, Nominal, Part, Quantity};
 use super::{references, spoken};
@@ -94,7 +94,7 @@ fn row(part: &Part, dimension: &Dimension, offered: bool) -> Row {
         expanded.into(),
         evidence.arc.map_or_else(|| UNKNOWN.to_owned(), |arc| format!("{:.0}", arc.to_degrees())).into(),
         short(evidence.area).into(),
-        evidence.triangles.map_or_else(|| UNKNOWN.to_owned(), count).into(),
+        evidence.triangles.map_or_else(|| UNKNOWN.to_owned(), |n| n.to_string()).into(),
     ];
     if offered {
         cells.extend(nominal_cells(dimension, scale, u95));
@@ -132,8 +132,8 @@ fn decided_by(part: &Part, dimension: &Dimension) -> String {
 fn remark(dimension: &Dimension) -> String {
     let guess = dimension.guess.iter().map(|why| format!("guess: {why}"));
     let nominal = dimension.nominal.iter().flat_map(|nominal| {
-        let off = nominal.z.map(|z| format!("nominal is {} u off", short(Some(z.abs()))));
-        let chance = nominal.coincidence.map(|p| format!("chance of coincidence {}", short(Some(p))));
+        let off = nominal.z.map(|z| format!("nominal {} u away", deviations(Some(z))));
+        let chance = nominal.coincidence.map(|p| format!("coincidence {} %", percent(Some(p))));
         [off, chance, nominal.why.clone()].into_iter().flatten()
     });
     guess.chain(nominal).collect::<Vec<_>>().join("; ")

@@ -1,4 +1,4 @@
-use super::super::number::{UNKNOWN, short};
+use super::super::number::{UNKNOWN, deviations, short, significant};
 use super::super::page::{Block, Cell, Column, Row, Section, Table};
 use super::super::part::{Part, Relation};
 use super::{references, spoken};
@@ -46,12 +46,12 @@ fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool
         let mut cells: Vec<Cell> = vec![
             spoken(&relation.kind).into(),
             Cell::Regions(references(part, &relation.of)),
-            fixed(relation.z).into(),
-            fixed(relation.z_statistical).into(),
+            deviations(relation.z).into(),
+            deviations(relation.z_statistical).into(),
             short(relation.shift).into(),
             short(relation.turn.map(f64::to_degrees)).into(),
-            short(relation.before).into(),
-            short(relation.after).into(),
+            significant(relation.before, 4).into(),
+            significant(relation.after, 4).into(),
         ];
         if refused {
             cells.push(relation.reason.clone().unwrap_or_else(|| UNKNOWN.to_owned()).into());
@@ -60,12 +60,4 @@ fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool
     };
     let rows = relations.iter().map(row).collect();
     Table { name, columns, rows, empty: "None was found.".to_owned() }
-}
-
-/// A number of standard uncertainties: a second decimal says nothing.
-fn fixed(z: Option<f64>) -> String {
-    match z.filter(|z| z.is_finite()) {
-        Some(z) if z.abs() < 1000.0 => format!("{:.1}", z.abs()),
-        other => short(other.map(f64::abs)),
-    }
 }

@@ -69,6 +69,10 @@ pub fn leaves(prefix: &str, object: &Map<String, Value>) -> Vec<(String, String)
             Value::Object(inner) => rows.extend(leaves(&format!("{name} "), inner)),
             Value::Null => rows.push((name, "none".to_owned())),
             Value::String(text) => rows.push((name, text.clone())),
+            Value::Array(values) => {
+                let texts: Vec<String> = values.iter().map(Value::to_string).collect();
+                rows.push((name, texts.join(", ")));
+            }
             other => rows.push((name, other.to_string())),
         }
     }

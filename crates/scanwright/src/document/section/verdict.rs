@@ -1,4 +1,4 @@
-use super::super::number::{count, counted, percent, short, significant};
+use super::super::number::{count, counted, large, percent, short};
 use super::super::page::{Block, Fact, Level, Point, Reference, Section, Verdict};
 use super::super::part::{Part, Solid};
 use super::{WeakPlace, references};
@@ -61,7 +61,7 @@ fn solid(part: &Part) -> Fact {
     let remark = if part.solids.is_empty() {
         String::new()
     } else {
-        format!("volume {} {unit}³, largest gap {} {unit}", significant(sum(|s| s.volume), 5), short(gap))
+        format!("volume {} {unit}³, largest gap {} {unit}", large(sum(|s| s.volume)), short(gap))
     };
     Fact { label: "Solid", value, remark, level: Some(level) }
 }
@@ -94,7 +94,7 @@ fn explained(part: &Part) -> Fact {
     Fact {
         label: "Area explained",
         value: format!("{} %", percent(share)),
-        remark: format!("of {} {unit}² seen lies on analytic surfaces", short(part.scan.area)),
+        remark: format!("of {} {unit}² seen lies on analytic surfaces", large(part.scan.area)),
         level,
     }
 }

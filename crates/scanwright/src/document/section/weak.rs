@@ -1,3 +1,4 @@
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use super::super::number::counted;
@@ -14,8 +15,10 @@ pub struct WeakPlace {
     pub level: Level,
     pub reasons: Vec<String>,
     pub advice: Vec<String>,
-    /// Whether the weak thing is a face that nobody saw.
+    /// Whether the weak thing is a face, or part of one, that nobody saw.
     pub unseen: bool,
+    /// Whether all of it was made up: no region of the scan stands behind it.
+    pub invented: bool,
     /// Whether a dimension of it is a guess.
     pub guess: bool,
     /// Whether its sizes are known less well than was asked.
@@ -30,6 +33,7 @@ impl WeakPlace {
             reasons: Vec::new(),
             advice: Vec::new(),
             unseen: false,
+            invented: false,
             guess: false,
             insufficient: false,
         }
@@ -44,9 +48,15 @@ impl WeakPlace {
         }
     }
 
-    /// What was not seen comes first, then what has the most reasons.
-    fn rank(&self) -> (bool, std::cmp::Reverse<usize>, Option<u32>) {
-        (self.id.is_some() && !self.unseen, std::cmp::Reverse(self.reasons.len()), self.id)
+    /// What belongs to no region and what nobody saw come first, then what has the most reasons.
+    fn rank(&self) -> (usize, Reverse<usize>, Option<u32>) {
+        let class = match (self.id, self.invented, self.unseen) {
+            (None, ..) => 0,
+            (_, true, _) => 1,
+            (_, _, true) => 2,
+            _ => 3,
+        };
+        (class, Reverse(self.reasons.len()), self.id)
     }
 }
 
@@ -71,6 +81,7 @@ pub fn weak_places(part: &Part) -> Vec<WeakPlace> {
             let Some(id) = warning.primitive else { continue };
             at(id, format!("{word}: {}", warning.text), advice, &|place| {
                 place.unseen |= code == "W_ASSUMED_FACE";
+                place.invented |= part.primitive(id).is_none();
             });
         }
     }

@@ -251,8 +251,10 @@ fn places(text: &mut String, places: &[PlaceCard]) {
 /// Text in which nothing is markup, in elements and in quoted attributes. Characters that XML forbids become blanks.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
+    for (at, c) in text.char_indices() {
         match c {
+            // A number stays beside its sign.
+            ' ' if text[at..].starts_with(" %") => escaped.push_str("&#160;"),
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
