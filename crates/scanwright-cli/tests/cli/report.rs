@@ -21,15 +21,13 @@ fn one_run_gives_a_page_and_report_gives_it_again() {
     assert_eq!(hash, scanwright::io::sha256(&fs::read(dir.path("box.ply")).unwrap()));
     assert!(page.contains(hash));
 
-    // From files: the regions by their labels, and by the surfaces alone.
-    for (scan, output) in [("s.ply", "a.html"), ("box.ply", "b.html")] {
-        let args = ["report", "box.json", "-o", output, "--scan", scan, "--model", "box.ply", "--threads", "1"];
-        check_exit(&dir.run(&args), 0, &args);
-        let again = fs::read_to_string(dir.path(output)).unwrap();
-        let rows = |page: &str| page.split("<tr").skip(1).map(str::to_owned).collect::<Vec<_>>();
-        let tables = |page: &str| rows(&page.split("<img").map(|p| p.split_once("/>").map_or(p, |p| p.1)).collect::<String>());
-        assert_eq!(tables(&again), tables(&page), "{output} has other numbers");
-    }
+    // From files.
+    let args = ["report", "box.json", "-o", "a.html", "--scan", "s.ply", "--model", "box.ply", "--threads", "1"];
+    check_exit(&dir.run(&args), 0, &args);
+    let again = fs::read_to_string(dir.path("a.html")).unwrap();
+    let without_pictures = |page: &str| page.split("<img").map(|p| p.split_once("/>").map_or(p, |p| p.1)).collect::<String>();
+    let rows = |page: &str| without_pictures(page).split("<tr").skip(1).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(rows(&again), rows(&page), "other numbers");
     let same = ["report", "box.json", "-o", "c.html", "--scan", "s.ply", "--model", "box.ply", "--threads", "2"];
     check_exit(&dir.run(&same), 0, &same);
     assert!(fs::read(dir.path("a.html")).unwrap() == fs::read(dir.path("c.html")).unwrap(), "other bytes");

@@ -1,6 +1,7 @@
 //! The pictures of a document.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 use super::{Input, unseen};
 use super::page::{Figure, Figures};
@@ -48,7 +49,8 @@ impl Pictures {
     /// Draws what the scene allows.
     pub fn draw(input: &Input) -> Self {
         let part = input.part;
-        let scene = &with_unseen(part, input.scene);
+        let (scene, reach) = with_unseen(part, input.scene);
+        let scene = &scene;
         let scan = scene.scan.as_ref().filter(|scan| !scan.mesh.triangles.is_empty());
         let groups = scan.map(groups_of).unwrap_or_default();
         let scan = scan.map(|scan| Drawn::new(&scan.mesh, &groups));
@@ -60,7 +62,7 @@ impl Pictures {
         Self {
             overview: overview(input, scene, scan.as_ref(), model.as_ref()),
             deviation: scan.as_ref().and_then(|scan| deviation(input, scene, scan, histogram.as_ref())),
-            weak: weak(input, scene, scan.as_ref(), model.as_ref()),
+            weak: weak(input, scene, scan.as_ref(), model.as_ref(), reach),
             missing: missing(scene),
             histogram,
         }
@@ -73,20 +75,20 @@ const REACH_SIGMAS: f64 = 4.0;
 const REACH_SPACINGS: f64 = 1.0;
 const REACH_SPOTS: f64 = 1.0;
 
-/// The scene with what nobody saw of extended faces as faces of their own.
-fn with_unseen(part: &Part, scene: &Scene) -> Scene {
+/// The scene with what nobody saw of extended faces as faces of their own, and how far from the scan that begins.
+fn with_unseen(part: &Part, scene: &Scene) -> (Scene, f64) {
     let extended: BTreeSet<u32> = part.warnings_of("W_ASSUMED_FACE").filter_map(|w| w.primitive).collect();
+    let lengths = [
+        (REACH_SIGMAS, part.scan.noise),
+        (REACH_SPACINGS, part.scan.spacing),
+        (REACH_SPOTS, part.scan.edge_rounding),
+    ];
+    let reach = lengths.into_iter().map(|(times, length)| times * length.unwrap_or(0.0)).fold(0.0, f64::max);
     let mut scene = scene.clone();
     if let (Some(model), Some(scan)) = (&scene.model, &scene.scan) {
-        let lengths = [
-            (REACH_SIGMAS, part.scan.noise),
-            (REACH_SPACINGS, part.scan.spacing),
-            (REACH_SPOTS, part.scan.edge_rounding),
-        ];
-        let reach = lengths.into_iter().map(|(times, length)| times * length.unwrap_or(0.0)).fold(0.0, f64::max);
         scene.model = Some(unseen::separated(model, &scan.mesh, &extended, reach));
     }
-    scene
+    (scene, reach)
 }
 
 fn missing(scene: &Scene) -> Option<String> {
@@ -221,7 +223,14 @@ fn deviation(
     Some(Figures { columns: 3, figures: VIEWS_DEG.iter().map(draw).collect(), legend: Vec::new() })
 }
 
-fn weak(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn>) -> Vec<Option<Figure>> {
+/// One per weak place; those on the part where they are about what nobody saw. `reach`: see [`with_unseen`].
+fn weak(
+    input: &Input,
+    scene: &Scene,
+    scan: Option<&Drawn>,
+    model: Option<&Drawn>,
+    reach: f64,
+) -> Vec<Option<Figure>> {
     let places = weak_places(input.part);
     let cameras = cameras(scene.up);
     let stage = |drawn: &Drawn| {
@@ -235,8 +244,14 @@ fn weak(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn
     let draw = |place: &WeakPlace| {
         let on_model = || {
             let (drawn, visible) = model.as_ref()?;
-            let groups = faces_of(scene.model.as_ref()?, place.id?);
-            place_figure(input, scene, (drawn, visible), &groups, place, &cameras)
+            let (groups, told_apart) = faces_of(scene.model.as_ref()?, place.id?);
+            let mut figure = place_figure(input, scene, (drawn, visible), &groups, place, &cameras)?;
+            if !told_apart && scan.is_some() {
+                let reach = super::number::short(Some(reach));
+                let unit = input.part.unit();
+                let _ = write!(figure.caption, "; all of it: what was not seen is narrower than {reach} {unit}");
+            }
+            Some(figure)
         };
         let on_scan = || {
             let (drawn, visible) = scan.as_ref()?;
@@ -250,15 +265,15 @@ fn weak(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&Drawn
     figures
 }
 
-/// The faces of a region that nobody saw, or all of them when nothing of it is told apart as unseen.
-fn faces_of(model: &ModelView, id: u32) -> Vec<u32> {
+/// The faces of a region that nobody saw, or all of them when nothing of it is told apart as unseen, and which it is.
+fn faces_of(model: &ModelView, id: u32) -> (Vec<u32>, bool) {
     let of_region = |assumed: bool| {
         let faces = model.faces.iter().enumerate();
         let found = faces.filter(move |(_, face)| face.region == Some(id) && (face.assumed || !assumed));
         found.map(|(k, _)| k as u32).collect::<Vec<_>>()
     };
     let assumed = of_region(true);
-    if assumed.is_empty() { of_region(false) } else { assumed }
+    if assumed.is_empty() { (of_region(false), false) } else { (assumed, true) }
 }
 
 /// The cameras that weak places are looked for from.

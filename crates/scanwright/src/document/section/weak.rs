@@ -62,7 +62,7 @@ impl WeakPlace {
 
 /// Codes of warnings about a region that more scanning could mend.
 const MENDABLE: [(&str, &str, &str); 4] = [
-    ("W_ASSUMED_FACE", "not seen", "scan into it from the side shown"),
+    ("W_ASSUMED_FACE", "not seen", "scan it from where the scanner reaches it"),
     ("W_FREEFORM", "no analytic surface", "scan it again more densely, or accept a freeform face"),
     ("W_FACETS", "no sound face", "scan it again more densely, with its borders"),
     ("W_FACE_DROPPED", "no face", "scan it again more densely"),
