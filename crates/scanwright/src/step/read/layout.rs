@@ -62,7 +62,7 @@ pub(super) fn layout(
     at_pole: f64,
 ) -> Result<Layout, &'static str> {
     let raw: Vec<Vec<Uv>> = loops.iter().map(|l| parameters(patch, l)).collect();
-    let (low, high) = bounds(patch, raw.iter().flatten());
+    let (low, high) = bounds(patch, raw.iter().flatten(), true);
     let mut made = Layout { steps: patch.steps(low, high, tolerance), ..Layout::default() };
     if made.steps.iter().chain(&low).chain(&high).any(|x| !x.is_finite()) {
         return Err("its border is beyond all numbers on its surface");
@@ -77,14 +77,29 @@ pub(super) fn layout(
     }
     let (turning, closed): (Vec<Strip>, Vec<Strip>) = strips.into_iter().partition(|s| s.turns != [0, 0]);
     let mut closed: Vec<Polygon> = closed.into_iter().map(|s| s.points).collect();
-    let closes = patch.periods.iter().any(Option::is_some) || patch.poles.iter().any(Option::is_some);
+    for polygon in &mut closed {
+        // The face lies on both sides of a seam, whatever sense a file gives to the loop: some turn that of left-handed
+        // surfaces round.
+        if area(polygon) < 0.0 && has_seam(patch, polygon) {
+            polygon.reverse();
+        }
+    }
+    let closes = !turning.is_empty()
+        || patch.periods.iter().all(Option::is_some)
+        || (patch.periods[0].is_some() && patch.poles.iter().all(Option::is_some));
     let has_outer = closed.iter().any(|p| area(p) > 0.0);
+    let sum: i64 = turning.iter().map(|s| s.turns[0]).sum();
+    if sum == 0 && (has_outer || !turning.is_empty()) {
+        // The face ends before the poles.
+        let (low, high) = bounds(patch, raw.iter().flatten(), false);
+        made.steps = patch.steps(low, high, tolerance);
+    }
     if turning.is_empty() && has_outer {
         let (outer, holes) = closed.into_iter().partition(|p| area(p) > 0.0);
         return place(made, patch, outer, holes);
     }
     if !closes {
-        // All clockwise on a surface that closes nowhere: the senses in the file are the other way round.
+        // All clockwise on a surface that does not close by itself: the senses in the file are the other way round.
         for polygon in &mut closed {
             polygon.reverse();
         }
@@ -94,6 +109,18 @@ pub(super) fn layout(
     let outer = bands(patch, &turning, &closed, &mut made)?;
     let (more, holes): (Vec<Polygon>, Vec<Polygon>) = closed.into_iter().partition(|p| area(p) > 0.0);
     place(made, patch, outer.into_iter().chain(more).collect(), holes)
+}
+
+/// Whether a vertex is met again a period further.
+fn has_seam(patch: &Patch, polygon: &Polygon) -> bool {
+    let mut sorted: Vec<(Node, Uv)> = polygon.iter().map(|(uv, node)| (*node, *uv)).collect();
+    sorted.sort_by(|a, b| a.0.cmp(&b.0).then(a.1[0].total_cmp(&b.1[0])).then(a.1[1].total_cmp(&b.1[1])));
+    sorted.chunk_by(|a, b| a.0 == b.0).any(|same| {
+        (0..2).any(|i| {
+            let apart = same.iter().map(|(_, uv)| (uv[i] - same[0].1[i]).abs()).fold(0.0, f64::max);
+            patch.periods[i].is_some_and(|period| apart > 0.5 * period)
+        })
+    })
 }
 
 fn parameters(patch: &Patch, corners: &[Corner]) -> Vec<Uv> {
@@ -111,8 +138,8 @@ fn pole_at(patch: &Patch, p: &Point3, at_pole: f64) -> Option<usize> {
     (0..2).find(|i| patch.poles[*i].is_some_and(|(_, pole)| (p - pole).norm() <= at_pole))
 }
 
-/// Range of the parameters of a face: of its border, and of what closes the surface.
-fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>) -> (Uv, Uv) {
+/// Range of the parameters of a face: of its border, of whole periods, and `with_poles` up to what closes the surface.
+fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>, with_poles: bool) -> (Uv, Uv) {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for uv in uvs {
         for i in 0..2 {
@@ -128,13 +155,9 @@ fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>) -> (Uv, Uv) {
             (low[i], high[i]) = (0.0, 0.0);
         }
     }
-    let no_border = low[1] >= high[1];
-    for (v, _) in patch.poles.iter().flatten() {
-        // A pole belongs to every face that surrounds it; without a border, to this one.
-        if no_border || patch.poles.iter().all(Option::is_some) {
-            low[1] = low[1].min(*v);
-            high[1] = high[1].max(*v);
-        }
+    for (v, _) in patch.poles.iter().flatten().filter(|_| with_poles) {
+        low[1] = low[1].min(*v);
+        high[1] = high[1].max(*v);
     }
     (low, high)
 }

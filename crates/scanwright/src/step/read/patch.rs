@@ -276,7 +276,12 @@ impl Patch {
                 [arc(widest), whole[1]]
             }
             Shape::Sphere { radius } => [arc(*radius); 2],
-            Shape::Torus { major, minor, .. } => [arc(major + minor), arc(*minor)],
+            Shape::Torus { major, minor, .. } => {
+                // Round a thin tube chords must not be so long that its triangles stand across it (the lantern of
+                // H. A. Schwarz): a hundredth of the tube's radius is a tenth of the steps across.
+                let round = (8.0 * tolerance.min(0.01 * minor) / (major + minor)).sqrt().min(MOST_TURN);
+                [round, arc(*minor)]
+            }
             Shape::Extrusion { .. } => [self.measured(0, low, high, tolerance), whole[1]],
             Shape::Revolution { .. } | Shape::Spline { .. } => {
                 [0, 1].map(|i| self.measured(i, low, high, tolerance))

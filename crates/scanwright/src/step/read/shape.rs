@@ -98,7 +98,8 @@ pub(super) fn mesh(exchange: &Exchange, item: u64, radians: f64) -> Result<Shape
     for chunk in faces.chunks(CHUNK) {
         let loops: Vec<_> = chunk.iter().map(|f| loops(exchange, f, &edges, &mut vertices)).collect();
         let pieces = crate::par::map_indices(chunk.len(), |i| {
-            loops[i].clone().and_then(|loops| triangles(&chunk[i], loops, &vertices.points, tolerance))
+            let loops = loops[i].as_ref().map_err(Clone::clone)?;
+            triangles(&chunk[i], loops, &vertices.points, tolerance)
         });
         for (face, piece) in chunk.iter().zip(pieces) {
             match piece {
@@ -396,24 +397,24 @@ fn loops(
 
 fn triangles(
     face: &Face,
-    loops: Vec<Vec<Corner>>,
+    loops: &[Vec<Corner>],
     points: &[Point3],
     tolerance: f64,
 ) -> Result<(Layout, Vec<[Node; 3]>), StepReadError> {
     let failed = |reason| StepReadError::Face { id: face.id, reason };
-    let mut result = Err("");
-    // A sphere has no axis of its own: where one does not serve, others may.
-    for patch in std::iter::once(face.patch.clone()).chain(face.patch.turned()) {
-        let laid = layout(&patch, &loops, tolerance, at_pole(tolerance)).and_then(|mut laid| {
-            let triangles = fill(&patch, &mut laid, points, tolerance).ok_or("its numbers are too large")?;
-            if triangles.is_empty() { Err("its border encloses nothing") } else { Ok((laid, triangles)) }
-        });
-        if laid.is_ok() {
-            return laid.map_err(failed);
-        }
-        if result == Err("") || laid.is_ok() {
-            result = laid.map(|_| ());
-        }
+    let attempt = |patch: &Patch, loops: &[Vec<Corner>]| {
+        let mut laid = layout(patch, loops, tolerance, at_pole(tolerance))?;
+        let triangles = fill(patch, &mut laid, points, tolerance).ok_or("its numbers are too large")?;
+        if triangles.is_empty() { Err("its border encloses nothing") } else { Ok((laid, triangles)) }
+    };
+    let first = match attempt(&face.patch, loops) {
+        Ok(made) => return Ok(made),
+        Err(reason) => reason,
+    };
+    // A sphere has no axis of its own: where one does not serve, others may. Last, all senses the other way round.
+    if let Some(made) = face.patch.turned().iter().find_map(|patch| attempt(patch, loops).ok()) {
+        return Ok(made);
     }
-    Err(failed(result.err().unwrap_or("its border cannot be laid out")))
+    let turned: Vec<Vec<Corner>> = loops.iter().map(|l| l.iter().rev().copied().collect()).collect();
+    attempt(&face.patch, &turned).map_err(|_| failed(first))
 }
