@@ -1,5 +1,6 @@
 //! All integration tests, one binary.
 
+mod align;
 mod architecture;
 mod baselines;
 mod brep;
@@ -16,6 +17,7 @@ mod metamorphic;
 mod outliers;
 mod parts;
 mod picture;
+mod plates;
 mod readers;
 mod regularize;
 mod scanned;
