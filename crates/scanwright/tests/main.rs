@@ -4,6 +4,7 @@ mod align;
 mod architecture;
 mod baselines;
 mod brep;
+mod check;
 mod close;
 mod condition;
 mod conditioning;
