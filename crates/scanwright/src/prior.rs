@@ -12,6 +12,8 @@ pub struct PriorModel {
     pub face_of: Vec<u32>,
     /// Faces, in the order of the file. A mesh without faces is one face.
     pub faces: Vec<PriorFace>,
+    /// Solids and shells of a CAD file, in the order in which its assemblies place them; none of a mesh.
+    pub parts: Vec<PriorPart>,
     /// Length of the file's unit in millimetres, when it says so.
     pub millimetres: Option<f64>,
     /// What could not be read, one sentence each with its place; faces left out are among them.
@@ -27,6 +29,17 @@ pub struct PriorFace {
     pub surface: Option<Surface>,
     /// Whether the surface's natural normal points out of the material.
     pub outward: bool,
+}
+
+/// A solid or shell of a prior model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PriorPart {
+    /// Name of its product; empty when the file has none.
+    pub name: String,
+    /// Its first face.
+    pub first_face: u32,
+    /// How many faces from there are its own.
+    pub n_faces: u32,
 }
 
 impl PriorModel {

@@ -26,5 +26,6 @@ mod scans;
 mod segmentation;
 mod spectral;
 mod step;
+mod step_read;
 mod turned;
 mod untidy;

@@ -6,6 +6,7 @@
 
 mod entities;
 mod product;
+pub mod read;
 
 pub use product::write;
 
