@@ -16,7 +16,8 @@ const RANKS: &[&[&str]] = &[
     &["brep"],
     &["step", "deviation", "render"],
     &["pipeline"],
-    &["report"],
+    &["align", "report"],
+    &["check"],
 ];
 
 #[test]

@@ -1,8 +1,10 @@
 //! All integration tests, one binary.
 
+mod align;
 mod architecture;
 mod baselines;
 mod brep;
+mod check;
 mod close;
 mod condition;
 mod conditioning;
@@ -16,6 +18,7 @@ mod metamorphic;
 mod outliers;
 mod parts;
 mod picture;
+mod plates;
 mod readers;
 mod regularize;
 mod scanned;

@@ -7,7 +7,7 @@
 
 mod nearest;
 
-pub use nearest::Nearest;
+pub use nearest::{Feature, Found, Nearest};
 
 use crate::math::Point3;
 use crate::mesh::Mesh;
