@@ -4,6 +4,7 @@
 //! process's exit code, and a panic into a sentence that asks for a report.
 
 mod args;
+mod assemble;
 mod classify;
 mod clean;
 mod console;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Verb::Classify(args) => classify::run(args),
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
+        Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });
     let code = match outcome {

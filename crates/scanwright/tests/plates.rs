@@ -37,7 +37,7 @@ const EXTRA: ([f64; 2], f64, f64) = ([-14.0, -11.0], 5.0, 15.0);
 const HALF: [f64; 2] = [30.0, 20.0];
 
 impl Plate {
-    fn distance(&self, p: &Point3) -> f64 {
+    pub fn distance(&self, p: &Point3) -> f64 {
         let round = |[x, y]: [f64; 2]| (p.x - x).hypot(p.y - y);
         let mut inside = box_distance(p, [0.0, 0.0, self.top / 2.0], [HALF[0], HALF[1], self.top / 2.0]);
         let mut stand = |at: [f64; 2], radius: f64, height: f64| {
@@ -63,7 +63,11 @@ impl Plate {
             let normal = UnitVec3::new_normalize(Vec3::from(normal));
             Surface::Plane(Plane { point: Point3::from(point), normal })
         };
-        let face = |name: &str, surface, outward| PriorFace { name: name.to_owned(), surface: Some(surface), outward };
+        let face = |name: &str, surface, outward| PriorFace {
+            name: name.to_owned(),
+            surface: Some(surface),
+            outward,
+        };
         let [x, y] = HALF;
         let mut faces = vec![
             face("bore", upright(self.bore_at, self.bore), false),
@@ -110,7 +114,7 @@ impl Plate {
             best.expect("there are faces") as u32
         };
         let face_of = (0..mesh.triangles.len()).map(nearest).collect();
-        PriorModel { face_of, mesh, faces, millimetres: Some(1.0), unread: Vec::new() }
+        PriorModel { face_of, mesh, faces, millimetres: Some(1.0), ..PriorModel::default() }
     }
 }
 
@@ -130,6 +134,7 @@ pub fn scan_of(mesh: &Mesh, noise: f64, pose: &Pose, seed: u64) -> Mesh {
 
 /// The scan as alignment takes it.
 pub fn part_of(mesh: &Mesh) -> Part {
-    let segmented = pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
+    let segmented =
+        pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
     Part::new(&segmented)
 }

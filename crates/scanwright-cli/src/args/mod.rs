@@ -1,8 +1,12 @@
 //! The command line as the user types it.
 
+mod assemble;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use assemble::AssembleArgs;
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -40,6 +44,9 @@ pub enum Verb {
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
+    #[command(after_long_help = assemble::EXAMPLES)]
+    Assemble(AssembleArgs),
     /// Fit reference data of all five types whose answers are known, and print the errors.
     Selftest,
 }

@@ -64,8 +64,11 @@ pub fn write_assembly(components: &[Component], options: &StepOptions) -> Result
             placed.push((place, component, root));
         }
     }
-    let whole =
-        entities.add(&format!("SHAPE_REPRESENTATION({},{},#{context})", quoted(&options.name), references(&items)));
+    let whole = entities.add(&format!(
+        "SHAPE_REPRESENTATION({},{},#{context})",
+        quoted(&options.name),
+        references(&items)
+    ));
     entities.add(&format!("SHAPE_DEFINITION_REPRESENTATION(#{shape},#{whole})"));
     for (i, (place, component, root)) in placed.iter().enumerate() {
         occurrence(&mut entities, i + 1, (definition, whole, *place), component, root);
@@ -92,7 +95,8 @@ struct Placeable {
 fn moved(component: &Frame, item: &Frame, millimetres: Option<f64>, options: &StepOptions) -> Frame {
     let ratio = millimetres.map_or(1.0, |mm| mm / options.unit.millimetres());
     let turned = |d: &UnitVec3| {
-        let x = component.x.into_inner() * d.x + component.y.into_inner() * d.y + component.z.into_inner() * d.z;
+        let x =
+            component.x.into_inner() * d.x + component.y.into_inner() * d.y + component.z.into_inner() * d.z;
         UnitVec3::new_normalize(x)
     };
     Frame {
@@ -111,8 +115,7 @@ fn occurrence(
     root: &Placeable,
 ) {
     let name = quoted(&component.name);
-    let transformation =
-        entities.add(&format!("ITEM_DEFINED_TRANSFORMATION('','',#{},#{place})", root.item));
+    let transformation = entities.add(&format!("ITEM_DEFINED_TRANSFORMATION('','',#{},#{place})", root.item));
     let relation = entities.add(&format!(
         "(REPRESENTATION_RELATIONSHIP('','',#{},#{whole})\
          REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{transformation})SHAPE_REPRESENTATION_RELATIONSHIP())",
@@ -179,7 +182,9 @@ fn renumbered(
     while at < entity.len() {
         let rest = &entity[at..];
         let run = match rest[0] {
-            quote @ (b'\'' | b'"') => rest[1..].iter().position(|b| *b == quote).map_or(rest.len(), |n| n + 2),
+            quote @ (b'\'' | b'"') => {
+                rest[1..].iter().position(|b| *b == quote).map_or(rest.len(), |n| n + 2)
+            }
             b'/' if rest.starts_with(b"/*") => {
                 rest.windows(2).skip(2).position(|w| w == b"*/").map_or(rest.len(), |n| n + 4)
             }

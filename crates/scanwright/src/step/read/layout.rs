@@ -214,7 +214,13 @@ fn turn_at_pole(period: Option<f64>, end: usize, change: f64, turns_back: bool) 
 }
 
 /// A pole as a row of points, all of them the same vertex.
-fn pole_row(patch: &Patch, points: &mut Polygon, [from, to]: [f64; 2], step: f64, (end, vertex): (usize, u32)) {
+fn pole_row(
+    patch: &Patch,
+    points: &mut Polygon,
+    [from, to]: [f64; 2],
+    step: f64,
+    (end, vertex): (usize, u32),
+) {
     let Some((v, _)) = patch.poles[end] else { return };
     let n = cells(from, to, step);
     points.extend((0..=n).map(|i| ([from + (to - from) * i as f64 / n as f64, v], Node::Shared(vertex))));
@@ -254,9 +260,8 @@ fn place(
     for hole in holes {
         // A hole that does not turn is a slit.
         let Some((at, _)) = hole.first().copied() else { continue };
-        let fits = |d: &&Uv| {
-            made.polygons[..n_outer].iter().any(|p| contains(p, [at[0] + d[0], at[1] + d[1]]))
-        };
+        let fits =
+            |d: &&Uv| made.polygons[..n_outer].iter().any(|p| contains(p, [at[0] + d[0], at[1] + d[1]]));
         let found = if moves.len() == 1 { moves.first() } else { moves.iter().find(fits) };
         let Some([x, y]) = found.copied() else { return Err("a hole lies outside its border") };
         made.polygons.push(hole.into_iter().map(|([u, v], node)| ([u + x, v + y], node)).collect());
@@ -350,7 +355,8 @@ fn partners_around(rows: Vec<(i64, Polygon)>, across: f64) -> Result<Vec<(Polygo
             rise if rise > 0.0 => rise,
             _ => across,
         };
-        let nearest = (0..backward.len()).min_by(|a, b| rise(&backward[*a].1).total_cmp(&rise(&backward[*b].1)));
+        let nearest =
+            (0..backward.len()).min_by(|a, b| rise(&backward[*a].1).total_cmp(&rise(&backward[*b].1)));
         let (_, upper) = backward.swap_remove(nearest.expect("as many backward as forward"));
         let shift = height(&lower) + rise(&upper) - height(&upper);
         let upper = upper.into_iter().map(|([x, y], node)| ([x, y + shift], node)).collect();
@@ -406,26 +412,30 @@ impl Rolled<'_> {
 
     /// A row round a surface that closes both ways, and the same row one period above: where no hole is if that can be.
     fn whole(&self, across: f64, holes: &[Polygon], own: &mut Vec<Point3>) -> (Polygon, Polygon) {
-        let mut heights: Vec<f64> =
-            holes.iter().flatten().map(|(p, _)| p[1].rem_euclid(across)).collect();
+        let mut heights: Vec<f64> = holes.iter().flatten().map(|(p, _)| p[1].rem_euclid(across)).collect();
         heights.sort_by(f64::total_cmp);
         let next = heights.iter().skip(1).copied().chain(heights.first().map(|h| h + across));
         let gaps = heights.iter().zip(next).map(|(a, b)| (b - a, 0.5 * (a + b)));
         let y = gaps.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |g| g.1);
         let n = cells(0.0, self.period, self.step(0));
-        let lower: Polygon = (0..n)
-            .map(|i| [self.period * i as f64 / n as f64, y])
-            .map(|p| (p, self.own(p, own)))
-            .collect();
+        let lower: Polygon =
+            (0..n).map(|i| [self.period * i as f64 / n as f64, y]).map(|p| (p, self.own(p, own))).collect();
         let upper = lower.iter().rev().map(|([x, y], node)| ([*x, y + across], *node)).collect();
         (lower, upper)
     }
 
     /// The polygon between two rows, cut where the cut meets nothing else.
-    fn join(&self, lower: &Polygon, upper: &Polygon, holes: &[Polygon], own: &mut Vec<Point3>) -> Option<Polygon> {
+    fn join(
+        &self,
+        lower: &Polygon,
+        upper: &Polygon,
+        holes: &[Polygon],
+        own: &mut Vec<Point3>,
+    ) -> Option<Polygon> {
         let (i, j, shift) = self.cut(lower, upper, holes)?;
         let (start, end) = (lower[i].0, [upper[j].0[0] + shift, upper[j].0[1]]);
-        let n = cells(0.0, ((end[0] - start[0]) / self.step(0)).hypot((end[1] - start[1]) / self.step(1)), 1.0);
+        let n =
+            cells(0.0, ((end[0] - start[0]) / self.step(0)).hypot((end[1] - start[1]) / self.step(1)), 1.0);
         let between: Polygon = (1..n)
             .map(|k| k as f64 / n as f64)
             .map(|s| [start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s])
@@ -453,7 +463,8 @@ impl Rolled<'_> {
                 let shift = ((p[0] - q[0]) / self.period).round() * self.period;
                 ((q[0] + shift - p[0]).abs(), shift)
             };
-            let near = (0..upper.len()).map(|j| (aside(&upper[j].0), j)).min_by(|a, b| a.0.0.total_cmp(&b.0.0));
+            let near =
+                (0..upper.len()).map(|j| (aside(&upper[j].0), j)).min_by(|a, b| a.0.0.total_cmp(&b.0.0));
             let ((aside, shift), j) = near?;
             tried.push((aside, i, j, shift));
         }

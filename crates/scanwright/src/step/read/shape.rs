@@ -135,11 +135,8 @@ impl ShapeMesh {
             self.mesh.triangles.push(if is_flipped { [a, c, b] } else { [a, b, c] });
             self.face_of.push(number);
         }
-        let mut read = PriorFace {
-            name: face.text.name.clone(),
-            surface: face.patch.analytic,
-            outward: true,
-        };
+        let mut read =
+            PriorFace { name: face.text.name.clone(), surface: face.patch.analytic, outward: true };
         // Which way the natural normal points, by the triangles: parametrizations differ, areas do not.
         if let Some(surface) = &read.surface {
             let along: f64 = self.mesh.triangles[first..]
@@ -240,14 +237,18 @@ impl Edge {
     /// Adds a sample where the edge passes through a pole, so that the border does not jump over it.
     fn pass_through(&mut self, pole: &Point3, tolerance: f64, vertices: &mut Vertices) {
         let Some(curve) = &self.curve else { return };
-        let known = self.vertices.iter().any(|v| (vertices.points[*v as usize] - pole).norm() <= at_pole(tolerance));
+        let known =
+            self.vertices.iter().any(|v| (vertices.points[*v as usize] - pole).norm() <= at_pole(tolerance));
         let mut t = curve.parameter(pole);
         let (first, last) = (self.at[0], self.at[self.at.len() - 1]);
         let (low, high) = (first.min(last), first.max(last));
         if let Some(period) = curve.period() {
             t = low + (t - low).rem_euclid(period);
         }
-        if known || !(low < t && t < high) || (curve.point(curve.wrapped(t)) - pole).norm() > at_pole(tolerance) {
+        if known
+            || !(low < t && t < high)
+            || (curve.point(curve.wrapped(t)) - pole).norm() > at_pole(tolerance)
+        {
             return;
         }
         let before = self.at.iter().position(|s| (*s > t) == (last > first) && *s != t);
@@ -377,9 +378,14 @@ fn loops(
                     let end = run.pop().expect("an edge has two ends");
                     if end != start {
                         let gap = (vertices.points[end as usize] - vertices.points[start as usize]).norm();
-                        let size = run.iter().map(|v| (vertices.points[*v as usize] - vertices.points[end as usize]).norm());
+                        let size = run
+                            .iter()
+                            .map(|v| (vertices.points[*v as usize] - vertices.points[end as usize]).norm());
                         if gap > size.fold(0.0, f64::max) {
-                            return Err(StepReadError::Face { id: face.id, reason: "its edges do not follow one another" });
+                            return Err(StepReadError::Face {
+                                id: face.id,
+                                reason: "its edges do not follow one another",
+                            });
                         }
                         run.push(end);
                     }

@@ -92,9 +92,12 @@ pub(in crate::step) fn roots(exchange: &Exchange) -> Result<Vec<Root>, StepReadE
     for (definition, representations) in &walk.of_definition {
         let is_component = |r: &u64| walk.space(*r).iter().any(|r| walk.is_child.contains(r));
         // One of several representations of a product is enough to place it.
-        let Some(representation) = representations.first().copied().filter(|r| !is_component(r)) else { continue };
+        let Some(representation) = representations.first().copied().filter(|r| !is_component(r)) else {
+            continue;
+        };
         let items = exchange.get(representation)?.fields("REPRESENTATION", 0).references(1)?;
-        let placement = items.into_iter().find(|i| exchange.get(*i).is_ok_and(|e| e.is("AXIS2_PLACEMENT_3D")));
+        let placement =
+            items.into_iter().find(|i| exchange.get(*i).is_ok_and(|e| e.is("AXIS2_PLACEMENT_3D")));
         let placement = placement.map(|id| frame(exchange, id).map(|frame| (id, frame))).transpose()?;
         let millimetres = walk.units(representation).millimetres;
         roots.push(Root { definition: *definition, representation, placement, millimetres });
@@ -106,8 +109,13 @@ pub(in crate::step) fn roots(exchange: &Exchange) -> Result<Vec<Root>, StepReadE
 }
 
 /// Items that are read.
-const SHAPES: &[&str] =
-    &["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP", "SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"];
+const SHAPES: &[&str] = &[
+    "MANIFOLD_SOLID_BREP",
+    "BREP_WITH_VOIDS",
+    "FACETED_BREP",
+    "SHELL_BASED_SURFACE_MODEL",
+    "FACE_BASED_SURFACE_MODEL",
+];
 
 /// Items that hold shape and are not read.
 const UNSUPPORTED: &[&str] = &[
@@ -207,11 +215,13 @@ impl<'a, 'x> Walk<'a, 'x> {
         let mut found = BTreeMap::new();
         for id in self.exchange.all("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
             let Ok(entity) = self.exchange.get(*id) else { continue };
-            let (Some(relation), Some(shape)) = (entity.all_fields().optional(0), entity.all_fields().optional(1))
+            let (Some(relation), Some(shape)) =
+                (entity.all_fields().optional(0), entity.all_fields().optional(1))
             else {
                 continue;
             };
-            let usage = self.exchange.get(shape).ok().and_then(|s| s.fields("PROPERTY_DEFINITION", 0).optional(2));
+            let usage =
+                self.exchange.get(shape).ok().and_then(|s| s.fields("PROPERTY_DEFINITION", 0).optional(2));
             let Some(usage) = usage.and_then(|u| self.exchange.get(u).ok()) else { continue };
             let fields = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             if let Some(assembly) = fields.optional(3) {
@@ -264,9 +274,15 @@ impl<'a, 'x> Walk<'a, 'x> {
         let representation = source.reference(1)?;
         let (from, to) = (source.optional(0), fields.optional(1));
         // Views and notes are mapped from and to things that are no placements.
-        let places = |id: Option<u64>| id.is_none_or(|id| self.exchange.get(id).is_ok_and(|e| is_placement(&e)));
+        let places =
+            |id: Option<u64>| id.is_none_or(|id| self.exchange.get(id).is_ok_and(|e| is_placement(&e)));
         let holds_shape = self.exchange.get(representation).is_ok_and(|r| is_shape_representation(&r));
-        Ok((holds_shape && places(from) && places(to)).then_some(Child { representation, from, to, name: None }))
+        Ok((holds_shape && places(from) && places(to)).then_some(Child {
+            representation,
+            from,
+            to,
+            name: None,
+        }))
     }
 
     /// Representations that nothing places, one for each space, ascending; then shapes that stand alone.
@@ -310,7 +326,8 @@ impl<'a, 'x> Walk<'a, 'x> {
     }
 
     fn units(&self, representation: u64) -> Units {
-        let context = self.exchange.get(representation).and_then(|r| r.fields("REPRESENTATION", 0).reference(2));
+        let context =
+            self.exchange.get(representation).and_then(|r| r.fields("REPRESENTATION", 0).reference(2));
         context.and_then(|c| units::of_context(self.exchange, c)).unwrap_or_default()
     }
 
@@ -326,7 +343,11 @@ impl<'a, 'x> Walk<'a, 'x> {
         }
         self.n_visits += 1;
         if self.n_visits > MOST_VISITS {
-            return Err(StepReadError::TooLarge { id: representation, most: MOST_VISITS, what: "placed components" });
+            return Err(StepReadError::TooLarge {
+                id: representation,
+                most: MOST_VISITS,
+                what: "placed components",
+            });
         }
         path.push(representation);
         let space = self.space(representation);
