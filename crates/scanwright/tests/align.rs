@@ -38,18 +38,8 @@ fn a_scan_anywhere_with_a_fifth_missing_is_laid_on_its_model() {
         let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
         let found = align(&target, &part, &align::Options::default()).unwrap();
         let error = displacement(&model, &found.pose, &truth);
-        println!(
-            "seed {seed}: {error:.5} explained {:.3} vps {:.2} n {} sigma {:.4} by {:?} alternatives {} bend {:.4} +- {:.4} edge {:.3}",
-            found.explained,
-            found.vertices_per_sample,
-            found.n_points,
-            found.sigma,
-            found.found_by,
-            found.alternatives.len(),
-            found.bend,
-            found.bend_uncertainty,
-            part.tolerances.edge_rounding()
-        );
+        println!("seed {seed}: {error:.5} explained {:.3} vps {:.2} n {} sigma {:.4} by {:?} alternatives {} bend {:.4} +- {:.4} edge {:.3}",
+            found.explained, found.vertices_per_sample, found.n_points, found.sigma, found.found_by, found.alternatives.len(), found.bend, found.bend_uncertainty, part.tolerances.edge_rounding());
         worst = worst.max(error);
         assert_eq!(found.freedom, Freedom::None);
         assert!(found.alternatives.is_empty(), "{:?}", found.alternatives);

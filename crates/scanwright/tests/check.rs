@@ -20,25 +20,13 @@ fn checked(model: &PriorModel, scan: &Mesh, tolerance: Option<f64>) -> (Part, Al
     for face in &result.faces {
         println!(
             "{:12} {:9} seen {:.3} absent {:.3} {:?}",
-            model.faces[face.face as usize].name,
-            face.state(),
-            face.coverage.seen,
-            face.coverage.absent,
+            model.faces[face.face as usize].name, face.state(), face.coverage.seen, face.coverage.absent,
             face.spread.map(|s| (s.n_points, s.mean, s.rms))
         );
     }
     for feature in &result.features {
         for q in &feature.quantities {
-            println!(
-                "{:12} {:12} {:.5} of {:.5} +- {:.5} z {:.2} {:?}",
-                model.faces[feature.face as usize].name,
-                q.name,
-                q.measured,
-                q.nominal,
-                q.uncertainty,
-                q.z(),
-                q.verdict
-            );
+            println!("{:12} {:12} {:.5} of {:.5} +- {:.5} z {:.2} {:?}", model.faces[feature.face as usize].name, q.name, q.measured, q.nominal, q.uncertainty, q.z(), q.verdict);
         }
         println!("   form {:?}", feature.form);
     }
@@ -46,10 +34,7 @@ fn checked(model: &PriorModel, scan: &Mesh, tolerance: Option<f64>) -> (Part, Al
     for change in &result.changes {
         println!("change: {}", change.text(&names, "mm"));
     }
-    println!(
-        "vps {:.2} sigma {:.4} bend {:.4} +- {:.4}",
-        found.vertices_per_sample, found.sigma, found.bend, found.bend_uncertainty
-    );
+    println!("vps {:.2} sigma {:.4} bend {:.4} +- {:.4}", found.vertices_per_sample, found.sigma, found.bend, found.bend_uncertainty);
     (part, found, result)
 }
 
@@ -75,14 +60,7 @@ fn a_model_against_its_own_vertices_is_zero_within_rounding() {
     let (_, found, result) = checked(&model, &plate.mesh(SPACING), None);
     let rounding = 1e-9;
     assert!((found.pose.translation.norm() + found.pose.angle()) < rounding, "{:?}", found.pose);
-    let worst = result
-        .sightings
-        .of_vertex
-        .iter()
-        .flatten()
-        .filter(|s| !s.at_border)
-        .map(|s| s.distance.abs())
-        .fold(0.0, f64::max);
+    let worst = result.sightings.of_vertex.iter().flatten().filter(|s| !s.at_border).map(|s| s.distance.abs()).fold(0.0, f64::max);
     assert!(worst < rounding, "{worst}");
     assert!(result.changes.is_empty(), "{:?}", result.changes);
     let _ = Pose::identity();

@@ -63,11 +63,7 @@ impl Plate {
             let normal = UnitVec3::new_normalize(Vec3::from(normal));
             Surface::Plane(Plane { point: Point3::from(point), normal })
         };
-        let face = |name: &str, surface, outward| PriorFace {
-            name: name.to_owned(),
-            surface: Some(surface),
-            outward,
-        };
+        let face = |name: &str, surface, outward| PriorFace { name: name.to_owned(), surface: Some(surface), outward };
         let [x, y] = HALF;
         let mut faces = vec![
             face("bore", upright(self.bore_at, self.bore), false),
@@ -134,7 +130,6 @@ pub fn scan_of(mesh: &Mesh, noise: f64, pose: &Pose, seed: u64) -> Mesh {
 
 /// The scan as alignment takes it.
 pub fn part_of(mesh: &Mesh) -> Part {
-    let segmented =
-        pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
+    let segmented = pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
     Part::new(&segmented)
 }

@@ -12,8 +12,7 @@ mod refine;
 mod start;
 
 pub use covariance::{
-    VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_frame, parameter_names,
-    stepped,
+    VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_frame, parameter_names, stepped,
 };
 pub use minimum_zone::minimum_zone;
 pub use refine::{Weights, least_squares, refine};
