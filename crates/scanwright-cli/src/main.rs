@@ -4,6 +4,7 @@
 //! process's exit code, and a panic into a sentence that asks for a report.
 
 mod args;
+mod assemble;
 mod classify;
 mod clean;
 mod console;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
         Verb::Report(args) => report::run(args),
+        Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });
     let code = match outcome {

@@ -28,7 +28,10 @@
 //! # Ok::<(), scanwright::io::ReadError>(())
 //! ```
 
+pub mod align;
+pub mod assemble;
 pub mod brep;
+pub mod check;
 pub mod condition;
 pub mod denoise;
 pub mod deviation;

@@ -16,8 +16,8 @@ const RANKS: &[&[&str]] = &[
     &["brep"],
     &["step", "deviation", "render"],
     &["pipeline"],
-    &["report"],
-    &["document"],
+    &["align", "report"],
+    &["assemble", "check", "document"],
 ];
 
 #[test]

@@ -1,8 +1,11 @@
 //! All integration tests, one binary.
 
+mod align;
 mod architecture;
+mod assembly;
 mod baselines;
 mod brep;
+mod check;
 mod close;
 mod condition;
 mod conditioning;
@@ -17,6 +20,7 @@ mod metamorphic;
 mod outliers;
 mod parts;
 mod picture;
+mod plates;
 mod readers;
 mod regularize;
 mod scanned;
@@ -24,5 +28,6 @@ mod scans;
 mod segmentation;
 mod spectral;
 mod step;
+mod step_read;
 mod turned;
 mod untidy;

@@ -1,5 +1,6 @@
 //! The command line as the user types it.
 
+mod assemble;
 mod report;
 
 pub use report::ReportArgs;
@@ -7,6 +8,8 @@ pub use report::ReportArgs;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use assemble::AssembleArgs;
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -47,6 +50,9 @@ pub enum Verb {
     /// Write the result as a document for people: HTML with pictures, Markdown or CSV.
     #[command(after_long_help = report::EXAMPLES)]
     Report(ReportArgs),
+    /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
+    #[command(after_long_help = assemble::EXAMPLES)]
+    Assemble(AssembleArgs),
     /// Fit reference data of all five types whose answers are known, and print the errors.
     Selftest,
 }

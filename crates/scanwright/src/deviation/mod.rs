@@ -9,7 +9,7 @@ mod histogram;
 mod nearest;
 
 pub use histogram::{Histogram, LimitFrom};
-pub use nearest::Nearest;
+pub use nearest::{Feature, Found, Nearest};
 
 use crate::math::Point3;
 use crate::mesh::Mesh;
