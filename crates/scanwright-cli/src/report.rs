@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use scanwright::document::{self, Format, Input, Part, ScanInput, Scene};
-use scanwright::io::{self, ReadError, ScanFile};
+use scanwright::io::{self, ScanFile};
 use scanwright::par;
 use scanwright::prior::PriorModel;
+use scanwright::step;
 
 use crate::args::ReportArgs;
 use crate::exit::{Code, Failure};
@@ -26,7 +27,7 @@ fn report(args: &ReportArgs, format: Format) -> Result<Code, Failure> {
     let part = Part::read(&text).map_err(|error| Failure::input(&args.part, error))?;
     // Only HTML has pictures, but a file that was named is read: that it is missing should not go unsaid.
     let scan = args.scan.as_deref().map(|path| read_scan(path, &part)).transpose()?;
-    let model = args.model.as_deref().map(read_model).transpose()?;
+    let model = args.model.as_deref().map(|path| read_model(path, &part)).transpose()?;
     let scan = scan.as_ref().map(|(file, labels)| ScanInput { mesh: &file.mesh, labels: labels.as_deref() });
     let scene = Scene::of_files(&part, scan, model.as_ref());
     let name = args.name.clone().unwrap_or_else(|| name_of(&args.part));
@@ -71,12 +72,26 @@ fn read_scan(path: &Path, part: &Part) -> Result<(ScanFile, Option<Vec<Option<u3
     Ok((file, labels))
 }
 
-fn read_model(path: &Path) -> Result<PriorModel, Failure> {
-    match io::read_mesh_file(path) {
-        Ok(file) => Ok(PriorModel::from_mesh(file.mesh)),
-        Err(ReadError::File { source, .. }) => {
-            Err(Failure::input(path, format!("cannot be read: {source}")))
+/// A solid as STEP or a mesh, its lengths in the unit of the result. A mesh without a unit of its own has that.
+fn read_model(path: &Path, part: &Part) -> Result<PriorModel, Failure> {
+    let bytes = std::fs::read(path).map_err(|error| Failure::input(path, format!("cannot be read: {error}")))?;
+    let model = if is_step(&bytes, path) {
+        step::read::read(&bytes).map_err(|error| Failure::input(path, error))?
+    } else {
+        let file =
+            io::read_mesh(&bytes, &path.to_string_lossy()).map_err(|error| Failure::input(path, error))?;
+        PriorModel {
+            millimetres: file.units.map(io::Unit::millimeters),
+            ..PriorModel::from_mesh(file.mesh)
         }
-        Err(other) => Err(Failure::input(path, other)),
-    }
+    };
+    let factor = model.millimetres.zip(part.millimetres()).map_or(1.0, |(own, unit)| own / unit);
+    Ok(model.scaled(factor))
+}
+
+fn is_step(bytes: &[u8], path: &Path) -> bool {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let named = matches!(extension.as_deref(), Some("step" | "stp" | "p21"));
+    let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(0);
+    named || bytes[start..].starts_with(b"ISO-10303-21")
 }

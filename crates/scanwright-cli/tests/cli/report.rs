@@ -22,13 +22,14 @@ fn one_run_gives_a_page_and_report_gives_it_again() {
     assert!(page.contains(hash));
 
     // From files.
-    let args = ["report", "box.json", "-o", "a.html", "--scan", "s.ply", "--model", "box.ply", "--threads", "1"];
+    let args = ["report", "box.json", "-o", "a.html", "--scan", "s.ply", "--model", "box.step", "--threads", "1"];
     check_exit(&dir.run(&args), 0, &args);
     let again = fs::read_to_string(dir.path("a.html")).unwrap();
     let without_pictures = |page: &str| page.split("<img").map(|p| p.split_once("/>").map_or(p, |p| p.1)).collect::<String>();
     let rows = |page: &str| without_pictures(page).split("<tr").skip(1).map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(rows(&again), rows(&page), "other numbers");
-    let same = ["report", "box.json", "-o", "c.html", "--scan", "s.ply", "--model", "box.ply", "--threads", "2"];
+    assert_eq!(again.matches("<img").count(), page.matches("<img").count(), "other pictures");
+    let same = ["report", "box.json", "-o", "c.html", "--scan", "s.ply", "--model", "box.step", "--threads", "2"];
     check_exit(&dir.run(&same), 0, &same);
     assert!(fs::read(dir.path("a.html")).unwrap() == fs::read(dir.path("c.html")).unwrap(), "other bytes");
 }

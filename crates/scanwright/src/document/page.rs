@@ -42,7 +42,10 @@ pub(super) struct Section {
 #[derive(Debug, Clone)]
 pub(super) enum Block {
     Heading(String),
+    /// Our own words, in which backticks mean code.
     Text(String),
+    /// Words of others, one line each.
+    List(Vec<String>),
     Verdict(Verdict),
     Table(Table),
     Figures(Figures),

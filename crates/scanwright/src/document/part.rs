@@ -300,6 +300,11 @@ impl Part {
         Some(&self.primitives[place])
     }
 
+    /// Length of the unit in millimetres.
+    pub fn millimetres(&self) -> Option<f64> {
+        self.units.as_ref().map(|units| units.millimetres).filter(|length| length.is_finite() && *length > 0.0)
+    }
+
     /// Abbreviation of the unit of length.
     pub(super) fn unit(&self) -> &str {
         self.units.as_ref().map_or("?", |units| units.name.as_str())

@@ -43,6 +43,8 @@ pub(super) struct Pictures {
     pub weak: Vec<Option<Figure>>,
     /// What is missing and how to get it.
     pub missing: Option<String>,
+    /// What of the model could not be read.
+    pub unread: Vec<String>,
 }
 
 impl Pictures {
@@ -64,6 +66,7 @@ impl Pictures {
             deviation: scan.as_ref().and_then(|scan| deviation(input, scene, scan, histogram.as_ref())),
             weak: weak(input, scene, scan.as_ref(), model.as_ref(), reach),
             missing: missing(scene),
+            unread: scene.unread.clone(),
             histogram,
         }
     }

@@ -16,6 +16,8 @@ pub struct Scene {
     /// One per vertex of the scan: signed distance from the model, positive outside.
     pub(super) distances: Option<Vec<f64>>,
     pub(super) up: UnitVec3,
+    /// What of the model could not be read.
+    pub(super) unread: Vec<String>,
 }
 
 /// The scan of the part, its table left out.
@@ -56,7 +58,7 @@ pub struct ScanInput<'a> {
 impl Scene {
     /// No meshes.
     pub fn empty() -> Self {
-        Self { scan: None, model: None, distances: None, up: Vec3::z_axis() }
+        Self { scan: None, model: None, distances: None, up: Vec3::z_axis(), unread: Vec::new() }
     }
 
     /// What a run has in memory.
@@ -72,6 +74,7 @@ impl Scene {
             // The part without its table is what was measured.
             distances: distances.filter(|distances| distances.len() == n_vertices),
             up: result.support.as_ref().map_or(Vec3::z_axis(), |support| support.plane.normal),
+            unread: Vec::new(),
         }
     }
 
@@ -85,11 +88,12 @@ impl Scene {
                 scan.labels.map_or_else(|| labels::of_scan(part, scan.mesh), <[Option<u32>]>::to_vec);
             without_table(part, scan.mesh, &labels, table)
         });
+        let unread = model.map_or_else(Vec::new, |model| model.unread.clone());
         let model = model.filter(|model| !model.mesh.triangles.is_empty()).map(ModelView::of_prior);
         let distances = scan.as_ref().zip(model.as_ref()).and_then(|(scan, model)| {
             Some(deviation::measure(&scan.mesh.vertices, &model.mesh)?.distances)
         });
-        Self { scan, model, distances, up: table.map_or(Vec3::z_axis(), |(_, normal)| normal) }
+        Self { scan, model, distances, up: table.map_or(Vec3::z_axis(), |(_, normal)| normal), unread }
     }
 
     /// Points that every picture shows.

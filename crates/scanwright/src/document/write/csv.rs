@@ -18,7 +18,7 @@ pub fn csv(document: &Document) -> String {
                     line(&mut text, &["weak", &place.title.name, &why, &advice]);
                 }
             }
-            Block::Heading(_) | Block::Text(_) | Block::Figures(_) | Block::Chart(_) => {}
+            Block::Heading(_) | Block::Text(_) | Block::List(_) | Block::Figures(_) | Block::Chart(_) => {}
         }
     }
     text

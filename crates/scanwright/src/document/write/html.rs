@@ -57,6 +57,10 @@ fn section(text: &mut String, number: usize, section: &Section) {
             Block::Text(paragraph) => {
                 let _ = writeln!(text, "<p>{}</p>", prose(paragraph));
             }
+            Block::List(items) => {
+                let items: String = items.iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
+                let _ = writeln!(text, "<ul>{items}</ul>");
+            }
             Block::Verdict(found) => verdict(text, found),
             Block::Table(found) => table(text, found),
             Block::Figures(found) => figures(text, found),

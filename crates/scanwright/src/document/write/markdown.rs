@@ -18,6 +18,9 @@ pub fn markdown(document: &Document) -> String {
                 Block::Text(paragraph) => {
                     let _ = writeln!(text, "{}", prose(paragraph));
                 }
+                Block::List(items) => {
+                    text.extend(items.iter().map(|item| format!("- {}\n", plain(item))));
+                }
                 Block::Verdict(found) => verdict(&mut text, found),
                 Block::Table(found) => table(&mut text, found),
                 Block::Chart(chart) => {
