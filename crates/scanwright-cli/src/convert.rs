@@ -134,10 +134,20 @@ fn results<'a>(
 }
 
 /// The document that `report` makes of the same JSON, with pictures of what is in memory.
-fn document(args: &ConvertArgs, path: &Path, json: &str, result: &Reconstruction) -> Result<Vec<u8>, Failure> {
+fn document(
+    args: &ConvertArgs,
+    path: &Path,
+    json: &str,
+    result: &Reconstruction,
+) -> Result<Vec<u8>, Failure> {
     let part = Part::read(json).map_err(|error| Failure::Internal(error.to_string()))?;
     let name = crate::report::name_of(&args.output);
-    let input = Input { part: &part, name: &name, scene: &Scene::of_run(result), dots_per_inch: document::DOTS_PER_INCH };
+    let input = Input {
+        part: &part,
+        name: &name,
+        scene: &Scene::of_run(result),
+        dots_per_inch: document::DOTS_PER_INCH,
+    };
     Ok(document::write(&input, crate::report::format_of(path)?).into_bytes())
 }
 

@@ -74,16 +74,14 @@ fn read_scan(path: &Path, part: &Part) -> Result<(ScanFile, Option<Vec<Option<u3
 
 /// A solid as STEP or a mesh, its lengths in the unit of the result. A mesh without a unit of its own has that.
 fn read_model(path: &Path, part: &Part) -> Result<PriorModel, Failure> {
-    let bytes = std::fs::read(path).map_err(|error| Failure::input(path, format!("cannot be read: {error}")))?;
+    let bytes =
+        std::fs::read(path).map_err(|error| Failure::input(path, format!("cannot be read: {error}")))?;
     let model = if is_step(&bytes, path) {
         step::read::read(&bytes).map_err(|error| Failure::input(path, error))?
     } else {
         let file =
             io::read_mesh(&bytes, &path.to_string_lossy()).map_err(|error| Failure::input(path, error))?;
-        PriorModel {
-            millimetres: file.units.map(io::Unit::millimeters),
-            ..PriorModel::from_mesh(file.mesh)
-        }
+        PriorModel { millimetres: file.units.map(io::Unit::millimeters), ..PriorModel::from_mesh(file.mesh) }
     };
     let factor = model.millimetres.zip(part.millimetres()).map_or(1.0, |(own, unit)| own / unit);
     Ok(model.scaled(factor))

@@ -171,7 +171,8 @@ fn weak_places_are_marked_where_they_are() {
     let part = result("bracket");
     let page = page_of(&part, "bracket", &scene(&part));
     let tags = tags(&page);
-    let weak: Vec<&str> = tags.iter().filter_map(|tag| tag.attribute("alt")).filter(|a| a.starts_with("Where")).collect();
+    let weak: Vec<&str> =
+        tags.iter().filter_map(|tag| tag.attribute("alt")).filter(|a| a.starts_with("Where")).collect();
     // Region 0 is the wall whose face was assumed, 2 the one without a surface; 1 is nowhere in this scan.
     assert!(weak.iter().any(|alt| alt.starts_with("Where plane 0 is")), "{weak:?}");
     assert!(weak.iter().any(|alt| alt.starts_with("Where freeform 2 is")), "{weak:?}");
@@ -314,9 +315,16 @@ fn corner_of_two_walls() -> (Mesh, Vec<Option<u32>>) {
             mesh.vertices.push(if wall == 0 { Point3::new(i, j, 0.0) } else { Point3::new(j, 0.0, i) });
         }
         for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
-            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| first + 9 * i + j);
+            let [a, b, c, d] =
+                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| first + 9 * i + j);
             mesh.triangles.extend([[a, b, c], [a, c, d]]);
-            let region = if wall == 1 { 3 } else if i > 5 && j > 5 { 2 } else { 0 };
+            let region = if wall == 1 {
+                3
+            } else if i > 5 && j > 5 {
+                2
+            } else {
+                0
+            };
             labels.extend([Some(region); 2]);
         }
     }
@@ -357,7 +365,8 @@ fn tags(page: &str) -> Vec<Tag> {
     let (mut tags, mut open) = (Vec::new(), Vec::new());
     let mut reader = Reader::from_str(page);
     loop {
-        let event = reader.read_event().unwrap_or_else(|error| panic!("{error} at {}", reader.error_position()));
+        let event =
+            reader.read_event().unwrap_or_else(|error| panic!("{error} at {}", reader.error_position()));
         match event {
             Event::Start(element) => {
                 open.push(element.name().as_ref().to_owned());

@@ -12,7 +12,11 @@ fn one_run_gives_a_page_and_report_gives_it_again() {
     check_finished(&dir.run(&[&args[..], &["--report", "run.html", "--support", "none"]].concat()));
     let page = fs::read_to_string(dir.path("run.html")).unwrap();
     // The box has six faces; two pictures of the scan, two of the part, six of the deviation.
-    assert!(page.matches("<img src=\"data:image/png;base64,").count() >= 10, "{} pictures", page.matches("<img").count());
+    assert!(
+        page.matches("<img src=\"data:image/png;base64,").count() >= 10,
+        "{} pictures",
+        page.matches("<img").count()
+    );
     for id in 0..6 {
         assert!(page.contains(&format!("id=\"region-{id}\"")), "plane {id} has no row");
     }
@@ -22,14 +26,18 @@ fn one_run_gives_a_page_and_report_gives_it_again() {
     assert!(page.contains(hash));
 
     // From files.
-    let args = ["report", "box.json", "-o", "a.html", "--scan", "s.ply", "--model", "box.step", "--threads", "1"];
+    let args =
+        ["report", "box.json", "-o", "a.html", "--scan", "s.ply", "--model", "box.step", "--threads", "1"];
     check_exit(&dir.run(&args), 0, &args);
     let again = fs::read_to_string(dir.path("a.html")).unwrap();
-    let without_pictures = |page: &str| page.split("<img").map(|p| p.split_once("/>").map_or(p, |p| p.1)).collect::<String>();
-    let rows = |page: &str| without_pictures(page).split("<tr").skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let without_pictures =
+        |page: &str| page.split("<img").map(|p| p.split_once("/>").map_or(p, |p| p.1)).collect::<String>();
+    let rows =
+        |page: &str| without_pictures(page).split("<tr").skip(1).map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(rows(&again), rows(&page), "other numbers");
     assert_eq!(again.matches("<img").count(), page.matches("<img").count(), "other pictures");
-    let same = ["report", "box.json", "-o", "c.html", "--scan", "s.ply", "--model", "box.step", "--threads", "2"];
+    let same =
+        ["report", "box.json", "-o", "c.html", "--scan", "s.ply", "--model", "box.step", "--threads", "2"];
     check_exit(&dir.run(&same), 0, &same);
     assert!(fs::read(dir.path("a.html")).unwrap() == fs::read(dir.path("c.html")).unwrap(), "other bytes");
 }
@@ -39,7 +47,8 @@ fn pages_of_one_run_are_the_same_bytes_from_one_and_two_threads() {
     let dir = Folder::new();
     dir.scan("box.ply");
     let page = |threads: &str| {
-        let args = ["convert", "box.ply", "-o", "x.step", "--report", "x.html", "--threads", threads, "--force"];
+        let args =
+            ["convert", "box.ply", "-o", "x.step", "--report", "x.html", "--threads", threads, "--force"];
         check_finished(&dir.run(&args));
         fs::read(dir.path("x.html")).unwrap()
     };

@@ -21,13 +21,17 @@ const MOST_BINS: usize = 400;
 /// Whether there is something to draw.
 pub(super) fn can_show(histogram: &Histogram) -> bool {
     let limit = histogram.limit;
-    limit.is_finite() && limit > 0.0 && (1..=MOST_BINS).contains(&histogram.counts.len()) && histogram.total() > 0
+    limit.is_finite()
+        && limit > 0.0
+        && (1..=MOST_BINS).contains(&histogram.counts.len())
+        && histogram.total() > 0
 }
 
 /// Bars over a strip of the scale's colors, between two bars of what lies beyond.
 pub(super) fn histogram(histogram: &Histogram, unit: &str) -> String {
     let scale = Diverging { limit: histogram.limit };
-    let most = histogram.counts.iter().chain([&histogram.below, &histogram.above]).max().copied().unwrap_or(1);
+    let most =
+        histogram.counts.iter().chain([&histogram.below, &histogram.above]).max().copied().unwrap_or(1);
     let n = histogram.counts.len();
     let (from, to) = (LEFT + END + GAP, WIDTH - END - GAP - 4.0);
     let step = (to - from) / n as f64;

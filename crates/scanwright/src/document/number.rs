@@ -148,7 +148,13 @@ mod tests {
 
     #[test]
     fn sizes_of_every_order_stay_short() {
-        for (value, text) in [(9.996, "10.0"), (0.012_34, "0.0123"), (1.5e300, "1.50e300"), (2e-9, "2.00e-9"), (7.7e-5, "7.70e-5")] {
+        for (value, text) in [
+            (9.996, "10.0"),
+            (0.012_34, "0.0123"),
+            (1.5e300, "1.50e300"),
+            (2e-9, "2.00e-9"),
+            (7.7e-5, "7.70e-5"),
+        ] {
             assert_eq!(short(Some(value)), text);
         }
         assert!(with_uncertainty(Some(1e300), Some(1e-300)).0.len() < 20);

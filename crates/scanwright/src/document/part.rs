@@ -302,7 +302,10 @@ impl Part {
 
     /// Length of the unit in millimetres.
     pub fn millimetres(&self) -> Option<f64> {
-        self.units.as_ref().map(|units| units.millimetres).filter(|length| length.is_finite() && *length > 0.0)
+        self.units
+            .as_ref()
+            .map(|units| units.millimetres)
+            .filter(|length| length.is_finite() && *length > 0.0)
     }
 
     /// Abbreviation of the unit of length.
@@ -365,8 +368,9 @@ impl Primitive {
     pub fn surface(&self) -> Option<Surface> {
         let point = |p: Option<[f64; 3]>| p.map(Point3::from);
         let direction = |d: Option<[f64; 3]>| try_unit(Vec3::from(d?));
-        let axis =
-            |origin: Option<[f64; 3]>| Some(Axis { origin: point(origin)?, direction: direction(self.axis_direction)? });
+        let axis = |origin: Option<[f64; 3]>| {
+            Some(Axis { origin: point(origin)?, direction: direction(self.axis_direction)? })
+        };
         let surface = match self.surface_kind()? {
             SurfaceKind::Plane => {
                 Surface::Plane(Plane { point: point(self.point)?, normal: direction(self.normal)? })

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::{Input, unseen};
 use super::page::{Figure, Figures};
 use super::part::Part;
 use super::scene::{ModelView, ScanView, Scene};
 use super::section::{WeakPlace, weak_places};
+use super::{Input, unseen};
 use crate::deviation::Histogram;
 use crate::math::{Point3, UnitVec3, Vec3};
 use crate::mesh::Mesh;
@@ -155,7 +155,11 @@ fn overview(input: &Input, scene: &Scene, scan: Option<&Drawn>, model: Option<&D
         let camera = camera(scene.up, angles);
         for (what, drawn) in [("Scan", &scan), ("Part", &model)] {
             let Some((drawable, colors)) = drawn else { continue };
-            let image = panel(drawable, &Paint::Triangles(colors), &plain(pixels(input, OVERVIEW), scene.frame(), camera));
+            let image = panel(
+                drawable,
+                &Paint::Triangles(colors),
+                &plain(pixels(input, OVERVIEW), scene.frame(), camera),
+            );
             let from = side(&camera);
             let alt = format!("{what}, seen from {from}");
             figures.push(figure(&image, format!("{what}, from {from}"), alt));
@@ -201,12 +205,7 @@ fn type_legend(part: &Part, scene: &Scene) -> Vec<(String, String)> {
     legend
 }
 
-fn deviation(
-    input: &Input,
-    scene: &Scene,
-    scan: &Drawn,
-    drawn_from: Option<&Histogram>,
-) -> Option<Figures> {
+fn deviation(input: &Input, scene: &Scene, scan: &Drawn, drawn_from: Option<&Histogram>) -> Option<Figures> {
     let distances = scene.distances.as_ref()?;
     // The scale that the result recorded, so that its histogram and the pictures agree.
     let recorded = input.part.deviation.as_ref().and_then(|deviation| deviation.histogram.as_ref());
@@ -252,7 +251,8 @@ fn weak(
             if !told_apart && scan.is_some() {
                 let reach = super::number::short(Some(reach));
                 let unit = input.part.unit();
-                let _ = write!(figure.caption, "; all of it: what was not seen is narrower than {reach} {unit}");
+                let _ =
+                    write!(figure.caption, "; all of it: what was not seen is narrower than {reach} {unit}");
             }
             Some(figure)
         };

@@ -65,7 +65,8 @@ impl Scene {
     pub fn of_run(result: &Reconstruction) -> Self {
         let on_table = |t: usize| result.support.as_ref().is_some_and(|support| support.on_table[t]);
         let (mesh, old, _) = result.mesh.submesh(|t| !on_table(t));
-        let labels = old.iter().map(|t| result.segmentation.labels[*t as usize].map(|region| region.0)).collect();
+        let labels =
+            old.iter().map(|t| result.segmentation.labels[*t as usize].map(|region| region.0)).collect();
         let n_vertices = mesh.vertices.len();
         let distances = result.deviation.as_ref().map(|deviation| deviation.distances.clone());
         Self {
@@ -80,9 +81,10 @@ impl Scene {
 
     /// What files hold of the result `part`. The table, if there was one, is taken from the scan.
     pub fn of_files(part: &Part, scan: Option<ScanInput>, model: Option<&PriorModel>) -> Self {
-        let table = part.support.as_ref().and_then(|support| {
-            Some((Point3::from(support.point?), try_unit(Vec3::from(support.normal?))?))
-        });
+        let table = part
+            .support
+            .as_ref()
+            .and_then(|support| Some((Point3::from(support.point?), try_unit(Vec3::from(support.normal?))?)));
         let scan = scan.map(|scan| {
             let labels =
                 scan.labels.map_or_else(|| labels::of_scan(part, scan.mesh), <[Option<u32>]>::to_vec);
@@ -90,9 +92,10 @@ impl Scene {
         });
         let unread = model.map_or_else(Vec::new, |model| model.unread.clone());
         let model = model.filter(|model| !model.mesh.triangles.is_empty()).map(ModelView::of_prior);
-        let distances = scan.as_ref().zip(model.as_ref()).and_then(|(scan, model)| {
-            Some(deviation::measure(&scan.mesh.vertices, &model.mesh)?.distances)
-        });
+        let distances = scan
+            .as_ref()
+            .zip(model.as_ref())
+            .and_then(|(scan, model)| Some(deviation::measure(&scan.mesh.vertices, &model.mesh)?.distances));
         Self { scan, model, distances, up: table.map_or(Vec3::z_axis(), |(_, normal)| normal), unread }
     }
 
@@ -131,8 +134,7 @@ impl ModelView {
         if model.mesh.triangles.is_empty() {
             return None;
         }
-        let kind =
-            |region: u32| model.primitives.get(region as usize).and_then(Primitive::kind);
+        let kind = |region: u32| model.primitives.get(region as usize).and_then(Primitive::kind);
         let face = |t: usize| {
             let region = model.regions[t].0;
             Face { region: Some(region), kind: kind(region), assumed: model.assumed[t] }
@@ -148,7 +150,8 @@ impl ModelView {
 
     fn of_prior(model: &PriorModel) -> Self {
         let faces = model.faces.iter().map(|face| {
-            let (region, assumed) = named(&face.name).map_or((None, false), |(id, assumed)| (Some(id), assumed));
+            let (region, assumed) =
+                named(&face.name).map_or((None, false), |(id, assumed)| (Some(id), assumed));
             Face { region, kind: face.surface.as_ref().map(crate::surface::Surface::kind), assumed }
         });
         Self { mesh: model.mesh.clone(), face_of: model.face_of.clone(), faces: faces.collect() }

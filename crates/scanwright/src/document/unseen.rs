@@ -105,7 +105,11 @@ mod tests {
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         let vertices = corners.iter().map(|(x, y)| Point3::new(side * x, side * y, 0.0)).collect();
         let mesh = Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
-        ModelView { mesh, face_of: vec![0; 2], faces: vec![Face { region: Some(0), kind: None, assumed: false }] }
+        ModelView {
+            mesh,
+            face_of: vec![0; 2],
+            faces: vec![Face { region: Some(0), kind: None, assumed: false }],
+        }
     }
 
     #[test]
@@ -145,7 +149,11 @@ mod tests {
     #[test]
     fn what_is_not_asked_for_stays_as_it_is() {
         let model = square(10.0);
-        let far = { let mut mesh = square(1.0).mesh; mesh.vertices.iter_mut().for_each(|v| v.z = 99.0); mesh };
+        let far = {
+            let mut mesh = square(1.0).mesh;
+            mesh.vertices.iter_mut().for_each(|v| v.z = 99.0);
+            mesh
+        };
         let view = separated(&model, &far, &BTreeSet::from([5]), 0.5);
         assert_eq!((view.mesh.triangles.len(), view.faces.len()), (2, 1));
     }

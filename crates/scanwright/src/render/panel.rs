@@ -113,9 +113,9 @@ fn circle(canvas: &mut Canvas, mesh: &Mesh, marked: &[bool], screen: &Screen) {
         .map(|[x, y, _]| [f64::from(x) / SAMPLES as f64, f64::from(y) / SAMPLES as f64])
         .collect();
     let empty = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let (lo, hi) = points.iter().fold(empty, |(lo, hi), p| {
-        ([0, 1].map(|k| p[k].min(lo[k])), [0, 1].map(|k| p[k].max(hi[k])))
-    });
+    let (lo, hi) = points
+        .iter()
+        .fold(empty, |(lo, hi), p| ([0, 1].map(|k| p[k].min(lo[k])), [0, 1].map(|k| p[k].max(hi[k]))));
     let height = canvas.height as f64;
     let extent = (hi[0] - lo[0]).hypot(hi[1] - lo[1]);
     if points.is_empty() || extent > CIRCLED_SHARE * height {

@@ -304,8 +304,15 @@ mod tests {
     fn json(result: &Reconstruction) -> serde_json::Value {
         let units = Units { name: "mm".to_owned(), millimetres: 1.0, source: "flag".to_owned() };
         let options = Options::default();
-        let context =
-            Context { version: "0", units, options: &options, n_triangles: 9, n_vertices: 9, source: None, known: None };
+        let context = Context {
+            version: "0",
+            units,
+            options: &options,
+            n_triangles: 9,
+            n_vertices: 9,
+            source: None,
+            known: None,
+        };
         serde_json::from_str(&Report::new(result, &context).to_json()).unwrap()
     }
 

@@ -30,7 +30,8 @@ pub fn section(part: &Part, pictures: &Pictures) -> Section {
             .to_owned(),
     ));
     blocks.push(Block::Table(Table { name: "deviation", columns, rows, empty: String::new() }));
-    let histogram = deviation.histogram.as_ref().filter(|h| chart::can_show(h)).or(pictures.histogram.as_ref());
+    let histogram =
+        deviation.histogram.as_ref().filter(|h| chart::can_show(h)).or(pictures.histogram.as_ref());
     if let Some(histogram) = histogram {
         let svg = chart::histogram(histogram, unit);
         blocks.push(Block::Chart(Chart { svg, caption: caption(part, histogram) }));

@@ -40,7 +40,9 @@ pub fn section(part: &Part) -> Section {
         }
     }
     if !any {
-        blocks.push(Block::Text("No dimension was found: the part is made of planes or of no surface.".to_owned()));
+        blocks.push(Block::Text(
+            "No dimension was found: the part is made of planes or of no surface.".to_owned(),
+        ));
     }
     Section { title: "Dimensions", anchor: "dimensions", blocks }
 }
@@ -115,7 +117,8 @@ fn nominal_cells(dimension: &Dimension, scale: f64, u95: Option<f64>) -> [Cell; 
 }
 
 fn signed(text: String) -> String {
-    let positive = text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().any(|c| ('1'..='9').contains(&c));
+    let positive =
+        text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().any(|c| ('1'..='9').contains(&c));
     if positive { format!("+{text}") } else { text }
 }
 

@@ -7,7 +7,8 @@ use super::spoken;
 
 /// Everything that the same result needs.
 pub fn section(part: &Part) -> Section {
-    let mut rows: Vec<(String, String)> = vec![("program".to_owned(), format!("scanwright {}", part.version))];
+    let mut rows: Vec<(String, String)> =
+        vec![("program".to_owned(), format!("scanwright {}", part.version))];
     rows.extend(source(part));
     rows.extend(settings(part));
     rows.extend(scan(part));

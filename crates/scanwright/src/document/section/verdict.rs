@@ -17,7 +17,15 @@ const ABOUT_ALL: [(&str, Level); 5] = [
 /// What the result is, in one glance.
 pub fn section(part: &Part, places: &[WeakPlace]) -> Section {
     let (level, headline) = headline(part);
-    let facts = [solid(part), faces(part), explained(part), deviation(part), dimensions(part), types(part), units(part)];
+    let facts = [
+        solid(part),
+        faces(part),
+        explained(part),
+        deviation(part),
+        dimensions(part),
+        types(part),
+        units(part),
+    ];
     let verdict = Verdict { level, headline, facts: facts.into(), points: points(part, places) };
     Section { title: "Verdict", anchor: "verdict", blocks: vec![Block::Verdict(verdict)] }
 }
@@ -31,12 +39,16 @@ fn headline(part: &Part) -> (Level, String) {
     let subject = if n == 1 { "solid".to_owned() } else { counted(n, "solid") };
     let n_open = solids.iter().filter(|solid| !solid.closed).count();
     if n_open > 0 {
-        let which = if n == 1 { "The shell is open".to_owned() } else { format!("{n_open} of {n} shells are open") };
+        let which =
+            if n == 1 { "The shell is open".to_owned() } else { format!("{n_open} of {n} shells are open") };
         return (Level::Bad, format!("{which}: not a solid yet"));
     }
     let n_problems: usize = solids.iter().map(|solid| solid.problems.len()).sum();
     if n_problems > 0 {
-        return (Level::Bad, format!("Closed, but not valid: {} in our own check", counted(n_problems, "problem")));
+        return (
+            Level::Bad,
+            format!("Closed, but not valid: {} in our own check", counted(n_problems, "problem")),
+        );
     }
     let (freeform, facets) = (regions_with(part, "W_FREEFORM"), regions_with(part, "W_FACETS"));
     let article = if n == 1 { "Closed, valid " } else { "Closed and valid: " };
@@ -52,7 +64,9 @@ fn solid(part: &Part) -> Fact {
     let (level, value) = match part.solids.as_slice() {
         [] => (Level::Bad, "none".to_owned()),
         solids if solids.iter().any(|s| !s.closed) => (Level::Bad, "open".to_owned()),
-        solids if solids.iter().any(|s| !s.problems.is_empty()) => (Level::Bad, "closed, not valid".to_owned()),
+        solids if solids.iter().any(|s| !s.problems.is_empty()) => {
+            (Level::Bad, "closed, not valid".to_owned())
+        }
         _ => (Level::Good, "closed, valid".to_owned()),
     };
     let sum = |of: fn(&Solid) -> Option<f64>| part.solids.iter().map(of).sum::<Option<f64>>();
@@ -173,7 +187,11 @@ fn points(part: &Part, places: &[WeakPlace]) -> Vec<Point> {
         }
     }
     for problem in part.solids.iter().flat_map(|solid| &solid.problems) {
-        points.push(Point { level: Level::Bad, text: format!("Our own check: {problem}"), regions: Vec::new() });
+        points.push(Point {
+            level: Level::Bad,
+            text: format!("Our own check: {problem}"),
+            regions: Vec::new(),
+        });
     }
     let mut add = |level: Level, text: &str, regions: Vec<Reference>| {
         if !regions.is_empty() {

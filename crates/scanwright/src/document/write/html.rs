@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::super::page::{
-    Block, Cell, Chart, Column, Document, Figure, Figures, Level, PlaceCard, Reference, Row, Section, Table, Verdict,
+    Block, Cell, Chart, Column, Document, Figure, Figures, Level, PlaceCard, Reference, Row, Section, Table,
+    Verdict,
 };
 use super::base64;
 
@@ -135,9 +136,10 @@ fn table(text: &mut String, table: &Table) {
     let columns = &table.columns[..table.columns.len() - usize::from(remarks)];
     let _ = write!(text, "<div class=\"scroll\"><table class=\"data\">\n<thead><tr>");
     for column in columns {
-        let unit = column.unit.as_ref().map_or_else(String::new, |unit| {
-            format!(" <span class=\"unit\">{}</span>", escaped(unit))
-        });
+        let unit = column
+            .unit
+            .as_ref()
+            .map_or_else(String::new, |unit| format!(" <span class=\"unit\">{}</span>", escaped(unit)));
         let _ = write!(text, "<th scope=\"col\"{}>{}{unit}</th>", number_class(column), column.head);
     }
     text.push_str("</tr></thead>\n<tbody>\n");
@@ -218,11 +220,8 @@ fn figure(text: &mut String, figure: &Figure) {
 
 fn chart(text: &mut String, chart: &Chart) {
     let caption = escaped(&chart.caption);
-    let _ = writeln!(
-        text,
-        "<figure class=\"chart\">{}<figcaption>{caption}</figcaption></figure>",
-        chart.svg
-    );
+    let _ =
+        writeln!(text, "<figure class=\"chart\">{}<figcaption>{caption}</figcaption></figure>", chart.svg);
 }
 
 fn places(text: &mut String, places: &[PlaceCard]) {

@@ -24,7 +24,8 @@ pub fn markdown(document: &Document) -> String {
                 Block::Verdict(found) => verdict(&mut text, found),
                 Block::Table(found) => table(&mut text, found),
                 Block::Chart(chart) => {
-                    let _ = writeln!(text, "{} The histogram is in the HTML document.", plain(&chart.caption));
+                    let _ =
+                        writeln!(text, "{} The histogram is in the HTML document.", plain(&chart.caption));
                 }
                 Block::Figures(_) => {}
                 Block::Places(found) => places(&mut text, found),
@@ -39,7 +40,8 @@ fn verdict(text: &mut String, verdict: &Verdict) {
     text.push_str("| what | state | value | remark |\n|---|---|---|---|\n");
     for fact in &verdict.facts {
         let level = fact.level.map_or("", super::super::page::Level::word);
-        let _ = writeln!(text, "| {} | {level} | {} | {} |", fact.label, plain(&fact.value), plain(&fact.remark));
+        let _ =
+            writeln!(text, "| {} | {level} | {} | {} |", fact.label, plain(&fact.value), plain(&fact.remark));
     }
     if !verdict.points.is_empty() {
         text.push_str("\nTo know before it is used:\n\n");
