@@ -107,6 +107,8 @@ fn guesses_refusals_and_weak_places_are_said() {
         "moves its points by more than the noise",
         "not seen: extended into what the scanner did not see",
         "nominal, applied by --snap",
+        "| level | plane 0 |",
+        "| zero | plane 0, plane 3, cylinder 1 |",
     ] {
         assert!(markdown.contains(needed), "{needed} is not said:\n{markdown}");
     }
@@ -195,6 +197,31 @@ fn labels_that_were_not_kept_are_found_by_the_surfaces() {
         page.split("alt=\"Where plane 3").next().unwrap().rsplit("src=\"").next().unwrap().to_owned()
     };
     assert!(picture(&found) == picture(&given), "other triangles are marked");
+}
+
+#[test]
+fn scans_follow_to_the_datums() {
+    let (mesh, labels) = corner_of_two_walls();
+    let model = model(&mesh);
+    let page = |part: &Part, scan: &Mesh| {
+        let scan = ScanInput { mesh: scan, labels: Some(&labels) };
+        page_of(part, "bracket", &Scene::of_files(part, Some(scan), Some(&model)))
+    };
+    // A quarter turn about x and a way along y, from which the datums bring the scan back.
+    let mut moved = mesh.clone();
+    for p in &mut moved.vertices {
+        *p = Point3::new(p.x, 5.0 - p.z, p.y);
+    }
+    let mut value = result_json("bracket");
+    value["placement"]["aligned_from_scan"] =
+        json!([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 5.0], [0.0, 0.0, 0.0, 1.0]]);
+    let pictures = |page: &str| {
+        page.split("<img src=").skip(1).map(|p| p.split('"').nth(1).unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let (still, followed) =
+        (pictures(&page(&result("bracket"), &mesh)), pictures(&page(&read(&value), &moved)));
+    assert!(still == followed, "the scan is elsewhere");
+    assert!(still != pictures(&page(&result("bracket"), &moved)), "pictures do not show where the scan is");
 }
 
 fn page_of(part: &Part, name: &str, scene: &Scene) -> String {
@@ -292,7 +319,7 @@ fn result_json(name: &str) -> Value {
             { "code": "W_FREEFORM", "primitive": 2, "text": name },
             { "code": "W_NEW", "primitive": 99, "text": name },
         ],
-        "frame": { "method": "3-2-1", "datums": [0, 3, 1] },
+        "placement": { "aligned_from_scan": [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]], "level": 0, "zero": [0, 3, 1] },
     })
 }
 

@@ -62,7 +62,8 @@ pub struct Part {
     pub(super) deviation: Option<Deviation>,
     #[serde(default, deserialize_with = "or_default")]
     pub(super) warnings: Vec<Warning>,
-    #[serde(alias = "alignment", alias = "datum")]
+    /// Where the datums put the part.
+    #[serde(alias = "placement", alias = "alignment")]
     pub(super) frame: Option<Value>,
 }
 
@@ -298,6 +299,11 @@ impl Part {
     pub(super) fn primitive(&self, id: u32) -> Option<&Primitive> {
         let place = self.primitives.binary_search_by_key(&id, |primitive| primitive.id).ok()?;
         Some(&self.primitives[place])
+    }
+
+    /// Rows of the motion from the scan's coordinates to those of the result, when they differ.
+    pub(super) fn aligned_from_scan(&self) -> Option<[[f64; 4]; 4]> {
+        serde_json::from_value(self.frame.as_ref()?.get("aligned_from_scan")?.clone()).ok()
     }
 
     /// Length of the unit in millimetres.

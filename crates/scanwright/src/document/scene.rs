@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use super::labels;
 use super::part::Part;
 use crate::deviation;
@@ -79,16 +81,17 @@ impl Scene {
         }
     }
 
-    /// What files hold of the result `part`. The table, if there was one, is taken from the scan.
+    /// What files hold of the result `part`. The scan follows to the datums, and the table, if there was one, is taken from
+    /// it.
     pub fn of_files(part: &Part, scan: Option<ScanInput>, model: Option<&PriorModel>) -> Self {
         let table = part
             .support
             .as_ref()
             .and_then(|support| Some((Point3::from(support.point?), try_unit(Vec3::from(support.normal?))?)));
         let scan = scan.map(|scan| {
-            let labels =
-                scan.labels.map_or_else(|| labels::of_scan(part, scan.mesh), <[Option<u32>]>::to_vec);
-            without_table(part, scan.mesh, &labels, table)
+            let mesh = aligned(part, scan.mesh);
+            let labels = scan.labels.map_or_else(|| labels::of_scan(part, &mesh), <[Option<u32>]>::to_vec);
+            without_table(part, &mesh, &labels, table)
         });
         let unread = model.map_or_else(Vec::new, |model| model.unread.clone());
         let model = model.filter(|model| !model.mesh.triangles.is_empty()).map(ModelView::of_prior);
@@ -105,6 +108,20 @@ impl Scene {
         let mesh = scan.or(self.model.as_ref().map(|model| &model.mesh));
         mesh.map_or(&[], |mesh| &mesh.vertices)
     }
+}
+
+/// The scan in the coordinates of the result.
+fn aligned<'a>(part: &Part, mesh: &'a Mesh) -> Cow<'a, Mesh> {
+    let Some(rows) = part.aligned_from_scan() else { return Cow::Borrowed(mesh) };
+    let mut mesh = mesh.clone();
+    for vertex in &mut mesh.vertices {
+        let coordinate = |k: usize| {
+            let [x, y, z, shift]: [f64; 4] = rows[k];
+            x * vertex.x + y * vertex.y + z * vertex.z + shift
+        };
+        *vertex = Point3::new(coordinate(0), coordinate(1), coordinate(2));
+    }
+    Cow::Owned(mesh)
 }
 
 /// Heights over the table, in standard deviations of the noise and in spacings, below which a triangle of no primitive is

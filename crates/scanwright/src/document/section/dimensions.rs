@@ -6,11 +6,13 @@ use super::{references, spoken};
 /// Expanded by this factor, a standard uncertainty covers 95 % of a normal distribution (95.45 %).
 const COVERAGE_FACTOR: f64 = 2.0;
 
+const DISTANCES: &[&str] = &["distance", "axis_distance", "axis_to_plane", "depth", "thickness", "width"];
+
 /// Dimensions are shown in these groups.
 const GROUPS: [(&str, &str, &[&str]); 4] = [
     ("Radii and diameters", "sizes", &["radius", "diameter", "major_radius", "minor_radius"]),
     ("Angles", "angles", &[]),
-    ("Distances, depths and thicknesses", "distances", &["distance", "axis_distance", "depth", "thickness"]),
+    ("Distances, depths, widths and thicknesses", "distances", DISTANCES),
     ("Other dimensions", "others", &[]),
 ];
 

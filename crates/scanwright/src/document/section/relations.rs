@@ -43,13 +43,20 @@ fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool
         columns.push(Column::words("Why not"));
     }
     let row = |relation: &&Relation| {
+        // Of equal angles the shift is one too.
+        let of_angles = relation.kind.contains("angle");
+        let (shift, turn) = if of_angles {
+            (None, relation.turn.into_iter().chain(relation.shift).reduce(f64::max))
+        } else {
+            (relation.shift, relation.turn)
+        };
         let mut cells: Vec<Cell> = vec![
             spoken(&relation.kind).into(),
             Cell::Regions(references(part, &relation.of)),
             deviations(relation.z).into(),
             deviations(relation.z_statistical).into(),
-            short(relation.shift).into(),
-            short(relation.turn.map(f64::to_degrees)).into(),
+            short(shift).into(),
+            short(turn.map(f64::to_degrees)).into(),
             significant(relation.before, 4).into(),
             significant(relation.after, 4).into(),
         ];
