@@ -106,6 +106,11 @@ pub(super) fn count(n: usize) -> String {
     grouped
 }
 
+/// A count in a table, for people and spreadsheets.
+pub(super) fn plain_count(n: Option<usize>) -> String {
+    n.map_or_else(|| UNKNOWN.to_owned(), |n| format!("{n}"))
+}
+
 /// A count with its noun, which takes an `s` but for one.
 pub(super) fn counted(n: usize, noun: &str) -> String {
     format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })

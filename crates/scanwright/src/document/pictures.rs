@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::page::{Figure, Figures};
 use super::part::Part;
 use super::scene::{ModelView, ScanView, Scene};
-use super::section::{WeakPlace, weak_places};
+use super::section::{WeakPlace, Weakness, weak_places};
 use super::{Input, unseen};
 use crate::deviation::Histogram;
 use crate::math::{Point3, UnitVec3, Vec3};
@@ -239,8 +239,9 @@ fn weak(
         let n = drawn.groups.iter().max().map_or(0, |most| (*most as usize).min(drawn.groups.len()) + 1);
         visible_samples(&drawn.drawable, n, &cameras, scene.frame())
     };
+    let unseen = |place: &WeakPlace| place.has(Weakness::Unseen);
     let shown = &places[..places.len().min(MOST_PLACES)];
-    let (any_scan, any_model) = (shown.iter().any(|p| !p.unseen), shown.iter().any(|p| p.unseen));
+    let (any_scan, any_model) = (shown.iter().any(|p| !unseen(p)), shown.iter().any(unseen));
     let scan = scan.map(|scan| (scan, if any_scan || model.is_none() { stage(scan) } else { Vec::new() }));
     let model = model.map(|model| (model, if any_model { stage(model) } else { Vec::new() }));
     let draw = |place: &WeakPlace| {
@@ -261,7 +262,7 @@ fn weak(
             let group = place.id.map_or(0, |id| id.saturating_add(1));
             place_figure(input, scene, (drawn, visible), &[group], place, &cameras)
         };
-        if place.unseen { on_model().or_else(on_scan) } else { on_scan() }
+        if unseen(place) { on_model().or_else(on_scan) } else { on_scan() }
     };
     let mut figures: Vec<Option<Figure>> = shown.iter().map(draw).collect();
     figures.resize(places.len(), None);

@@ -14,6 +14,8 @@ use crate::par;
 const FINENESS: f64 = 1.0;
 /// Triangles that the faces are cut into at most: beyond, they are cut more coarsely.
 const MOST_TRIANGLES: f64 = 30_000.0;
+/// Faces with many thin triangles give more of them; the cutting then ends here.
+const ENOUGH_TRIANGLES: usize = 300_000;
 /// Every pass halves the longest edges.
 const MOST_PASSES: usize = 24;
 
@@ -32,7 +34,7 @@ pub(super) fn separated(model: &ModelView, scan: &Mesh, regions: &BTreeSet<u32>,
     let longest = (FINENESS * reach).max((2.0 * area / MOST_TRIANGLES).sqrt());
     let mut view = model.clone();
     for _ in 0..MOST_PASSES {
-        if !cut(&mut view, longest, &is_concerned) {
+        if view.mesh.triangles.len() > ENOUGH_TRIANGLES || !cut(&mut view, longest, &is_concerned) {
             break;
         }
     }

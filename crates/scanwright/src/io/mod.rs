@@ -141,7 +141,7 @@ pub fn read_mesh(bytes: &[u8], name: &str) -> Result<ScanFile, ReadError> {
 
 /// SHA-256 in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    format!("{:x}", Sha256::digest(bytes))
 }
 
 /// Reads an integer property of a PLY file's faces: one value per triangle of the mesh that [`read_mesh`] gives.

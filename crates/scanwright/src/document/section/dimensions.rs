@@ -1,4 +1,6 @@
-use super::super::number::{UNKNOWN, deviations, percent, short, significant, trimmed, with_uncertainty};
+use super::super::number::{
+    UNKNOWN, deviations, percent, plain_count, short, significant, trimmed, with_uncertainty,
+};
 use super::super::page::{Block, Cell, Column, Level, Row, Section, Table};
 use super::super::part::{Dimension, Nominal, Part, Quantity};
 use super::{references, spoken};
@@ -98,7 +100,7 @@ fn row(part: &Part, dimension: &Dimension, offered: bool) -> Row {
         expanded.into(),
         evidence.arc.map_or_else(|| UNKNOWN.to_owned(), |arc| format!("{:.0}", arc.to_degrees())).into(),
         short(evidence.area).into(),
-        evidence.triangles.map_or_else(|| UNKNOWN.to_owned(), |n| n.to_string()).into(),
+        plain_count(evidence.triangles).into(),
     ];
     if offered {
         cells.extend(nominal_cells(dimension, scale, u95));

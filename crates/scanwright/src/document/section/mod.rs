@@ -11,7 +11,7 @@ mod substitutes;
 mod verdict;
 mod weak;
 
-pub(super) use weak::{WeakPlace, weak_places};
+pub(super) use weak::{WeakPlace, Weakness, weak_places};
 
 use super::Input;
 use super::page::{Reference, Section};

@@ -1,4 +1,4 @@
-use super::super::number::{UNKNOWN, known_within, short};
+use super::super::number::{UNKNOWN, known_within, plain_count, short};
 use super::super::page::{Block, Cell, Column, Level, Row, Section, Table};
 use super::super::part::{Part, Primitive};
 
@@ -43,7 +43,7 @@ fn row(part: &Part, primitive: &Primitive) -> Row {
     let rest: [Cell; 7] = [
         material(primitive).into(),
         short(primitive.area).into(),
-        primitive.triangles.map_or_else(|| UNKNOWN.to_owned(), |n| n.to_string()).into(),
+        plain_count(primitive.triangles).into(),
         short(primitive.residual.rms).into(),
         short(primitive.residual.p95).into(),
         short(primitive.residual.max).into(),

@@ -1,7 +1,7 @@
 use super::super::number::{count, counted, large, percent, short};
 use super::super::page::{Block, Fact, Level, Point, Reference, Section, Verdict};
 use super::super::part::{Part, Solid};
-use super::{WeakPlace, references};
+use super::{WeakPlace, Weakness, references};
 
 /// Share of the part's area on analytic surfaces below which it is worth a look; `W_UNEXPLAINED` has the same.
 const EXPLAINED: f64 = 0.995;
@@ -206,10 +206,12 @@ fn points(part: &Part, places: &[WeakPlace]) -> Vec<Point> {
     let uncertain: Vec<u32> =
         part.primitives.iter().filter(|p| p.ambiguous.is_some()).map(|p| p.id).collect();
     add(Level::Look, "The type is not certain", references(part, &uncertain));
-    let guessed: Vec<u32> = places.iter().filter(|place| place.guess).filter_map(|place| place.id).collect();
+    let with = |weakness: Weakness| -> Vec<u32> {
+        places.iter().filter(|place| place.has(weakness)).filter_map(|place| place.id).collect()
+    };
+    let guessed = with(Weakness::Guess);
     add(Level::Look, "Dimensions that are guesses", references(part, &guessed));
-    let insufficient: Vec<u32> =
-        places.iter().filter(|place| place.insufficient).filter_map(|place| place.id).collect();
+    let insufficient = with(Weakness::Insufficient);
     add(Level::Look, "Sizes known less well than was asked", references(part, &insufficient));
     points.sort_by(|a, b| b.level.cmp(&a.level));
     points

@@ -1,5 +1,5 @@
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::number::counted;
 use super::super::page::{Block, Level, PlaceCard, Reference, Section};
@@ -15,28 +15,30 @@ pub struct WeakPlace {
     pub level: Level,
     pub reasons: Vec<String>,
     pub advice: Vec<String>,
-    /// Whether the weak thing is a face, or part of one, that nobody saw.
-    pub unseen: bool,
-    /// Whether all of it was made up: no region of the scan stands behind it.
-    pub invented: bool,
-    /// Whether a dimension of it is a guess.
-    pub guess: bool,
-    /// Whether its sizes are known less well than was asked.
-    pub insufficient: bool,
+    weaknesses: BTreeSet<Weakness>,
+}
+
+/// What is weak about a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Weakness {
+    /// A face, or part of one, that nobody saw.
+    Unseen,
+    /// A face that was made up: no region of the scan stands behind it.
+    Invented,
+    /// A dimension of it is a guess.
+    Guess,
+    /// Its sizes are known less well than was asked.
+    Insufficient,
 }
 
 impl WeakPlace {
     fn new(id: Option<u32>) -> Self {
-        Self {
-            id,
-            level: Level::Look,
-            reasons: Vec::new(),
-            advice: Vec::new(),
-            unseen: false,
-            invented: false,
-            guess: false,
-            insufficient: false,
-        }
+        Self { id, level: Level::Look, reasons: Vec::new(), advice: Vec::new(), weaknesses: BTreeSet::new() }
+    }
+
+    /// Whether this is weak about it.
+    pub fn has(&self, weakness: Weakness) -> bool {
+        self.weaknesses.contains(&weakness)
     }
 
     fn add(&mut self, reason: String, advice: &str) {
@@ -50,7 +52,7 @@ impl WeakPlace {
 
     /// What belongs to no region and what nobody saw come first, then what has the most reasons.
     fn rank(&self) -> (usize, Reverse<usize>, Option<u32>) {
-        let class = match (self.id, self.invented, self.unseen) {
+        let class = match (self.id, self.has(Weakness::Invented), self.has(Weakness::Unseen)) {
             (None, ..) => 0,
             (_, true, _) => 1,
             (_, _, true) => 2,
@@ -71,23 +73,24 @@ const MENDABLE: [(&str, &str, &str); 4] = [
 /// All weak places, the worst first.
 pub fn weak_places(part: &Part) -> Vec<WeakPlace> {
     let mut places: BTreeMap<u32, WeakPlace> = BTreeMap::new();
-    let mut at = |id: u32, reason: String, advice: &str, mark: &dyn Fn(&mut WeakPlace)| {
+    let mut at = |id: u32, reason: String, advice: &str, weakness: Option<Weakness>| {
         let place = places.entry(id).or_insert_with(|| WeakPlace::new(Some(id)));
         place.add(reason, advice);
-        mark(place);
+        place.weaknesses.extend(weakness);
+        if part.primitive(id).is_none() {
+            place.weaknesses.insert(Weakness::Invented);
+        }
     };
     for (code, word, advice) in MENDABLE {
         for warning in part.warnings_of(code) {
             let Some(id) = warning.primitive else { continue };
-            at(id, format!("{word}: {}", warning.text), advice, &|place| {
-                place.unseen |= code == "W_ASSUMED_FACE";
-                place.invented |= part.primitive(id).is_none();
-            });
+            let unseen = (code == "W_ASSUMED_FACE").then_some(Weakness::Unseen);
+            at(id, format!("{word}: {}", warning.text), advice, unseen);
         }
     }
     for primitive in &part.primitives {
         if let Some(why) = &primitive.ambiguous {
-            at(primitive.id, format!("type not certain: {why}"), "scan more of its arc or length", &|_| ());
+            at(primitive.id, format!("type not certain: {why}"), "scan more of its arc or length", None);
         }
         if let Some(Sufficiency { uncertainty, missing: Some(missing) }) = &primitive.sufficiency {
             let within = super::super::number::short(*uncertainty);
@@ -97,14 +100,14 @@ pub fn weak_places(part: &Part) -> Vec<WeakPlace> {
                 (None, Some(times)) => format!("about {times:.0} times as many points are needed"),
                 (None, None) => "more of it must be seen".to_owned(),
             };
-            at(primitive.id, reason, &advice, &|place| place.insufficient = true);
+            at(primitive.id, reason, &advice, Some(Weakness::Insufficient));
         }
     }
     for dimension in part.dimensions.iter().flatten() {
         let Some(why) = &dimension.guess else { continue };
         for &id in &dimension.of {
             let reason = format!("{} is a guess: {why}", spoken(&dimension.kind));
-            at(id, reason, "scan more of it", &|place| place.guess = true);
+            at(id, reason, "scan more of it", Some(Weakness::Guess));
         }
     }
     let mut places: Vec<WeakPlace> = places.into_values().collect();

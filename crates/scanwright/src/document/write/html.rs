@@ -59,8 +59,9 @@ fn section(text: &mut String, number: usize, section: &Section) {
                 let _ = writeln!(text, "<p>{}</p>", prose(paragraph));
             }
             Block::List(items) => {
-                let items: String = items.iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
-                let _ = writeln!(text, "<ul>{items}</ul>");
+                text.push_str("<ul>");
+                list(text, items);
+                text.push_str("</ul>\n");
             }
             Block::Verdict(found) => verdict(text, found),
             Block::Table(found) => table(text, found),
@@ -237,18 +238,19 @@ fn places(text: &mut String, places: &[PlaceCard]) {
         if let Some(found) = &place.figure {
             figure(text, found);
         }
-        let items = |text: &mut String, items: &[String]| {
-            for item in items {
-                let _ = write!(text, "<li>{}</li>", escaped(item));
-            }
-        };
         text.push_str("<ul>");
-        items(text, &place.reasons);
+        list(text, &place.reasons);
         text.push_str("</ul>\n<ul class=\"advice\">");
-        items(text, &place.advice);
+        list(text, &place.advice);
         text.push_str("</ul>\n</article>\n");
     }
     text.push_str("</div>\n");
+}
+
+fn list(text: &mut String, items: &[String]) {
+    for item in items {
+        let _ = write!(text, "<li>{}</li>", escaped(item));
+    }
 }
 
 /// Text in which nothing is markup, in elements and in quoted attributes. Characters that XML forbids become blanks.

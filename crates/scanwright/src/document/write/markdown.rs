@@ -19,7 +19,9 @@ pub fn markdown(document: &Document) -> String {
                     let _ = writeln!(text, "{}", prose(paragraph));
                 }
                 Block::List(items) => {
-                    text.extend(items.iter().map(|item| format!("- {}\n", plain(item))));
+                    for item in items {
+                        let _ = writeln!(text, "- {}", plain(item));
+                    }
                 }
                 Block::Verdict(found) => verdict(&mut text, found),
                 Block::Table(found) => table(&mut text, found),
