@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use scanwright::document::{self, Input, Part, Scene};
 use scanwright::gprimdb::{DatabaseError, Known, take};
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
@@ -19,6 +20,9 @@ use crate::{classify, gprimdb, outputs, picture, relations, summary};
 /// Turns a scan into a STEP solid.
 pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
     outputs::check(&args.scan, &output_paths(args), args.force)?;
+    if let Some(path) = &args.report {
+        crate::report::format_of(path)?;
+    }
     console::watched(args.quiet, args.threads, |console| convert(args, console))
 }
 
@@ -31,7 +35,7 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
         return Err(Failure::Strict(names(&result.fallbacks())));
     }
     console.note(Stage::Write, 0.0);
-    let mut files = results(args, &file, &options, units, &result, known.as_deref());
+    let mut files = results(args, &file, &options, units, &result, known.as_deref())?;
     console.note(Stage::Write, 0.5);
     let timings = console.timings();
     if let Some(path) = &args.timings {
@@ -90,10 +94,10 @@ fn results<'a>(
     units: Units,
     result: &Reconstruction,
     known: Option<&[Known]>,
-) -> Vec<(&'a Path, Vec<u8>)> {
+) -> Result<Vec<(&'a Path, Vec<u8>)>, Failure> {
     let n_triangles = file.mesh.triangles.len();
     let mut files = vec![(args.output.as_path(), step_text(args, units, result).into_bytes())];
-    if let Some(path) = &args.json {
+    if args.json.is_some() || args.report.is_some() {
         let context = Context {
             version: env!("CARGO_PKG_VERSION"),
             units: report::Units {
@@ -104,9 +108,20 @@ fn results<'a>(
             options,
             n_triangles,
             n_vertices: file.mesh.vertices.len(),
+            source: Some(report::Source {
+                file: args.scan.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                bytes: file.n_bytes,
+                sha256: file.sha256.clone(),
+            }),
             known,
         };
-        files.push((path, Report::new(result, &context).to_json().into_bytes()));
+        let json = Report::new(result, &context).to_json();
+        if let Some(path) = &args.report {
+            files.push((path, document(args, path, &json, result)?));
+        }
+        if let Some(path) = &args.json {
+            files.push((path, json.into_bytes()));
+        }
     }
     if let Some(path) = &args.segments {
         let ids = report::segment_ids(&result.labels_of_scan(n_triangles));
@@ -115,7 +130,25 @@ fn results<'a>(
     if let Some(path) = &args.picture {
         files.push((path, picture::of_reconstruction(result).to_png()));
     }
-    files
+    Ok(files)
+}
+
+/// The document that `report` makes of the same JSON, with pictures of what is in memory.
+fn document(
+    args: &ConvertArgs,
+    path: &Path,
+    json: &str,
+    result: &Reconstruction,
+) -> Result<Vec<u8>, Failure> {
+    let part = Part::read(json).map_err(|error| Failure::Internal(error.to_string()))?;
+    let name = crate::report::name_of(&args.output);
+    let input = Input {
+        part: &part,
+        name: &name,
+        scene: &Scene::of_run(result),
+        dots_per_inch: document::DOTS_PER_INCH,
+    };
+    Ok(document::write(&input, crate::report::format_of(path)?).into_bytes())
 }
 
 fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> String {
@@ -146,7 +179,7 @@ fn options(args: &ConvertArgs, units: Units) -> Result<Options, Failure> {
 }
 
 fn output_paths(args: &ConvertArgs) -> Vec<&Path> {
-    let optional = [&args.json, &args.segments, &args.picture, &args.timings];
+    let optional = [&args.json, &args.report, &args.segments, &args.picture, &args.timings];
     let optional = optional.into_iter().flatten().map(std::path::PathBuf::as_path);
     std::iter::once(args.output.as_path()).chain(optional).collect()
 }

@@ -4,6 +4,7 @@
 //! process's exit code, and a panic into a sentence that asks for a report.
 
 mod args;
+mod assemble;
 mod classify;
 mod clean;
 mod console;
@@ -16,6 +17,7 @@ mod outputs;
 mod picture;
 mod relations;
 mod render;
+mod report;
 mod scan;
 mod segment;
 mod selftest;
@@ -42,6 +44,8 @@ fn main() -> ExitCode {
         Verb::Classify(args) => classify::run(args),
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
+        Verb::Report(args) => report::run(args),
+        Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });
     let code = match outcome {

@@ -14,7 +14,7 @@ use crate::exit::Failure;
 pub fn check(input: &Path, outputs: &[&Path], force: bool) -> Result<(), Failure> {
     for (i, path) in outputs.iter().enumerate() {
         if same_file(path, input) {
-            return Err(Failure::Usage(format!("{}: is the scan itself", path.display())));
+            return Err(Failure::Usage(format!("{}: is the input itself", path.display())));
         }
         if outputs[..i].iter().any(|other| same_file(path, other)) {
             return Err(Failure::Usage(format!("{}: is given for two outputs", path.display())));

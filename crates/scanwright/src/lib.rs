@@ -28,11 +28,15 @@
 //! # Ok::<(), scanwright::io::ReadError>(())
 //! ```
 
+pub mod align;
+pub mod assemble;
 pub mod brep;
+pub mod check;
 pub mod condition;
 pub mod denoise;
 pub mod deviation;
 pub mod dimension;
+pub mod document;
 pub mod fit;
 pub mod gprimdb;
 pub mod io;

@@ -230,6 +230,10 @@ pub struct Segmented {
     pub mesh: Mesh,
     /// One per triangle of `mesh`: the triangle of the scan it came from.
     pub source_triangle: Vec<TriId>,
+    /// Thresholds of the run.
+    pub tolerances: Tolerances,
+    /// The supporting table, if there was one.
+    pub support: Option<Support>,
     /// Its regions, as the method found them.
     pub segmentation: Segmentation,
 }
@@ -255,9 +259,10 @@ fn labels_of_scan(
 
 /// The stages of [`run`] up to the regions.
 pub fn segment(mesh: &Mesh, options: &Options, progress: &Progress) -> Result<Segmented, Error> {
-    let Regions { scan, part, segmentation, .. } = regions(mesh, options, progress)?;
+    let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
     let segmentation = stages::on_scan(&scan, &part, &segmentation);
-    Ok(Segmented { mesh: scan.mesh, source_triangle: scan.source_triangle, segmentation })
+    let stages::Scan { mesh, source_triangle, tolerances, .. } = scan;
+    Ok(Segmented { mesh, source_triangle, tolerances, support, segmentation })
 }
 
 /// Reconstructs the parts in `mesh`. The same bytes for the same input and options, whatever the thread count.

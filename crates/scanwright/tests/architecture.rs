@@ -17,7 +17,8 @@ const RANKS: &[&[&str]] = &[
     &["brep", "dimension"],
     &["step", "deviation", "render"],
     &["pipeline"],
-    &["report"],
+    &["align", "report"],
+    &["assemble", "check", "document"],
 ];
 
 #[test]

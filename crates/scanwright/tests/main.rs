@@ -1,12 +1,16 @@
 //! All integration tests, one binary.
 
+mod align;
 mod architecture;
+mod assembly;
 mod baselines;
 mod brep;
+mod check;
 mod close;
 mod condition;
 mod conditioning;
 mod denoise;
+mod document;
 mod draw;
 mod gauss;
 mod gprimdb;
@@ -16,6 +20,7 @@ mod metamorphic;
 mod outliers;
 mod parts;
 mod picture;
+mod plates;
 mod readers;
 mod regularize;
 mod relations;
@@ -24,6 +29,7 @@ mod scans;
 mod segmentation;
 mod spectral;
 mod step;
+mod step_read;
 mod turned;
 mod uncertainty;
 mod untidy;

@@ -1,8 +1,15 @@
 //! The command line as the user types it.
 
+mod assemble;
+mod report;
+
+pub use report::ReportArgs;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub use assemble::AssembleArgs;
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -40,6 +47,12 @@ pub enum Verb {
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Write the result as a document for people: HTML with pictures, Markdown or CSV.
+    #[command(after_long_help = report::EXAMPLES)]
+    Report(ReportArgs),
+    /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
+    #[command(after_long_help = assemble::EXAMPLES)]
+    Assemble(AssembleArgs),
     /// Fit reference data of all five types whose answers are known, and print the errors.
     Selftest,
 }
@@ -193,6 +206,9 @@ pub struct ConvertArgs {
     /// Also draw the scan beside the part, from two sides
     #[arg(long, value_name = "PART.png")]
     pub picture: Option<PathBuf>,
+    /// Also write everything that was found as a document for people: .html with pictures, .md or .csv
+    #[arg(long, value_name = "REPORT.html")]
+    pub report: Option<PathBuf>,
     /// The way to the model: ours to a solid, or the thesis's to primitives drawn one by one
     #[arg(long, value_enum, default_value_t = PipelineFlag::Default)]
     pub pipeline: PipelineFlag,
@@ -536,6 +552,8 @@ Examples:
       The part in STEP, lengths taken as millimetres.
   scanwright convert bracket.ply -o bracket.step --json bracket.json --picture bracket.png
       Also every surface with its uncertainty, and a picture to check by eye.
+  scanwright convert bracket.ply -o bracket.step --report bracket.html
+      Also a page to hand on: verdict, dimensions, deviation, where to scan again.
   scanwright convert valve.obj -o valve.step --units in --up 0,0,1
       A scan in inches that stood upright on a table.
   scanwright convert casting.ply -o casting.step --allow freeform

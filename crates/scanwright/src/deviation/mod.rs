@@ -5,9 +5,11 @@
 //! J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE Transactions
 //! on Visualization and Computer Graphics 11 (2005), 243-253. Near the border of an open mesh the sign is a guess.
 
+mod histogram;
 mod nearest;
 
-pub use nearest::Nearest;
+pub use histogram::{Histogram, LimitFrom};
+pub use nearest::{Feature, Found, Nearest};
 
 use crate::math::Point3;
 use crate::mesh::Mesh;

@@ -1,7 +1,7 @@
 //! The nearest triangle of a mesh: a bounding-volume hierarchy split at the median of the longest axis.
 
 use crate::math::{Point3, Vec3};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, TriId};
 
 /// Triangles per leaf. Four keep the tree shallow while a leaf is still cheaper than two more boxes.
 const LEAF: usize = 4;
@@ -11,7 +11,30 @@ const LEAF: usize = 4;
 pub struct Nearest {
     corners: Vec<[Point3; 3]>,
     pseudonormals: Vec<Pseudonormals>,
+    /// One per triangle here: which of the mesh it is.
+    of_mesh: Vec<TriId>,
     nodes: Vec<Node>,
+}
+
+/// A triangle near a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// The triangle of the mesh.
+    pub triangle: TriId,
+    /// Its point nearest to the one asked about.
+    pub closest: Point3,
+    /// Where on the triangle that is.
+    pub feature: Feature,
+    /// Away from the mesh there; not of length one.
+    pub outward: Vec3,
+}
+
+impl Found {
+    /// Distance of `point`, which this was found for, positive outside.
+    pub fn signed_distance(&self, point: &Point3) -> f64 {
+        let way = point - self.closest;
+        if way.dot(&self.outward) < 0.0 { -way.norm() } else { way.norm() }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -34,9 +57,12 @@ struct Pseudonormals {
 
 /// The part of a triangle that is nearest: edge `k` joins corners `k` and `k + 1`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Feature {
+pub enum Feature {
+    /// A corner.
     Corner(usize),
+    /// An edge, without its ends.
     Edge(usize),
+    /// Neither.
     Inside,
 }
 
@@ -56,43 +82,73 @@ impl Nearest {
         let all = pseudonormals(mesh, &normals);
         let corners = order.iter().map(|&t| mesh.corners(t as usize)).collect();
         let pseudonormals = order.iter().map(|&t| all[t as usize].clone()).collect();
-        Some(Self { corners, pseudonormals, nodes })
+        Some(Self { corners, pseudonormals, of_mesh: order, nodes })
     }
 
     /// Distance of `point` to the mesh, positive outside.
     pub fn signed_distance(&self, point: &Point3) -> f64 {
-        let (mut best_sq, mut best) = (f64::INFINITY, (0, Feature::Inside, *point));
-        let mut stack = vec![(0_usize, self.distance_sq_to_box(0, point))];
-        while let Some((i, box_sq)) = stack.pop() {
+        let found =
+            self.find(point, f64::INFINITY, |_| true).expect("there are triangles, and all are accepted");
+        found.signed_distance(point)
+    }
+
+    /// The nearest of the triangles that `accept` takes (by their number in the mesh) and that are nearer than `within`.
+    pub fn find(&self, point: &Point3, within: f64, accept: impl Fn(TriId) -> bool) -> Option<Found> {
+        let (mut best_sq, mut best) = (within * within, None);
+        // A tree of 2^32 triangles is 32 deep, and a node leaves one brother behind.
+        let mut stack = [(0_u32, 0.0_f64); 40];
+        stack[0] = (0, self.distance_sq_to_box(0, point));
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (i, box_sq) = stack[depth];
             if box_sq >= best_sq {
                 continue;
             }
-            let node = &self.nodes[i];
+            let node = &self.nodes[i as usize];
             if node.leaf {
                 for t in node.start as usize..node.end as usize {
                     let (closest, feature) = closest_point(&self.corners[t], point);
                     let distance_sq = (point - closest).norm_squared();
-                    if distance_sq < best_sq {
-                        (best_sq, best) = (distance_sq, (t, feature, closest));
+                    if distance_sq < best_sq && accept(self.of_mesh[t]) {
+                        (best_sq, best) = (distance_sq, Some((t, feature, closest)));
                     }
                 }
                 continue;
             }
-            let children = [i + 1, node.start as usize].map(|c| (c, self.distance_sq_to_box(c, point)));
+            let children = [i + 1, node.start].map(|c| (c, self.distance_sq_to_box(c as usize, point)));
             let near_first = children[0].1 <= children[1].1;
             // The last one pushed is looked at first.
-            stack.push(children[usize::from(near_first)]);
-            stack.push(children[usize::from(!near_first)]);
+            stack[depth] = children[usize::from(near_first)];
+            stack[depth + 1] = children[usize::from(!near_first)];
+            depth += 2;
         }
-        let (t, feature, closest) = best;
-        let normals = &self.pseudonormals[t];
-        let outward = match feature {
-            Feature::Corner(k) => normals.corners[k],
-            Feature::Edge(k) => normals.edges[k],
-            Feature::Inside => normals.triangle,
-        };
-        let inside = (point - closest).dot(&outward) < 0.0;
-        if inside { -best_sq.sqrt() } else { best_sq.sqrt() }
+        best.map(|(t, feature, closest)| {
+            let normals = &self.pseudonormals[t];
+            let outward = match feature {
+                Feature::Corner(k) => normals.corners[k],
+                Feature::Edge(k) => normals.edges[k],
+                Feature::Inside => normals.triangle,
+            };
+            Found { triangle: self.of_mesh[t], closest, feature, outward }
+        })
+    }
+
+    /// Calls `visit` with every triangle whose leaf's box is nearer than `reach` to the box from `lo` to `hi`.
+    pub fn for_each_near(&self, lo: &Point3, hi: &Point3, reach: f64, mut visit: impl FnMut(TriId)) {
+        let mut stack = vec![0_usize];
+        while let Some(i) = stack.pop() {
+            let node = &self.nodes[i];
+            let apart = (node.lo - hi).sup(&(lo - node.hi)).sup(&Vec3::zeros());
+            if apart.norm_squared() > reach * reach {
+                continue;
+            }
+            if node.leaf {
+                (node.start..node.end).for_each(|t| visit(self.of_mesh[t as usize]));
+            } else {
+                stack.extend([i + 1, node.start as usize]);
+            }
+        }
     }
 
     fn distance_sq_to_box(&self, node: usize, point: &Point3) -> f64 {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::{frame_of, parameter_names};
+use crate::fit::{parameter_frame, parameter_names};
 use crate::math::{Frame, Point3, UnitVec3, Vec3, centroid};
 use crate::mesh::Mesh;
 use crate::recognize::{Primitive, arc_seen};
@@ -48,7 +48,7 @@ impl Known {
             id: k as u32,
             surface,
             outward: primitive.outward,
-            frame: frame_of(&surface, centroid(&points)),
+            frame: parameter_frame(&surface, centroid(&points)),
             covariance: DMatrix::from_fn(n, n, |i, j| primitive.covariance[i][j]),
             n_triangles: 0,
             area: 0.0,

@@ -27,6 +27,38 @@ pub fn parameter_names(surface: &Surface) -> &'static [&'static str] {
     }
 }
 
+/// The frame that motions of a surface are told in: about `pivot`, its third direction that of the surface's axis (plane:
+/// its normal; sphere: the coordinate axes).
+pub fn parameter_frame(surface: &Surface, pivot: Point3) -> Frame {
+    match surface {
+        Surface::Plane(s) => Frame::from_z(pivot, s.normal),
+        Surface::Sphere(_) => {
+            Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() }
+        }
+        Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
+        Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
+    }
+}
+
+/// The surface after a step of its parameters, in the order of [`parameter_names`], motions about the origin of `frame`;
+/// `None` when that leaves the shapes that exist.
+pub fn stepped(surface: &Surface, frame: &Frame, step: &[f64]) -> Option<Surface> {
+    let mut full = [0.0; 8];
+    for (column, value) in columns(surface).iter().zip(step) {
+        full[*column] = *value;
+    }
+    let along = |k: usize| {
+        frame.x.into_inner() * full[k]
+            + frame.y.into_inner() * full[k + 1]
+            + frame.z.into_inner() * full[k + 2]
+    };
+    let (way, turn) = (along(0), along(3));
+    let step = SVector::<f64, 8>::from([way.x, way.y, way.z, turn.x, turn.y, turn.z, full[6], full[7]]);
+    let surface = super::refine::recentered(surface, &frame.origin);
+    super::refine::moved(&surface, &step, &frame.origin)
+}
+
 /// Derivative of the distance of `point` by the parameters of `surface`, in the order of [`parameter_names`]: motions
 /// about the origin of `frame`, along its directions and about them, then shapes.
 pub fn distance_by_parameters(surface: &Surface, frame: &Frame, point: &Point3) -> DVector<f64> {
@@ -61,20 +93,6 @@ fn distance_by_motions(surface: &Surface, frame: &Frame, point: &Point3) -> SVec
     ])
 }
 
-/// The frame at `pivot` that motions of `surface` refer to: its third direction is the surface's axis (plane: its normal;
-/// sphere: the coordinate axes).
-pub fn frame_of(surface: &Surface, pivot: Point3) -> Frame {
-    match surface {
-        Surface::Plane(s) => Frame::from_z(pivot, s.normal),
-        Surface::Sphere(_) => {
-            Frame { origin: pivot, x: Vec3::x_axis(), y: Vec3::y_axis(), z: Vec3::z_axis() }
-        }
-        Surface::Cylinder(s) => Frame::from_z(pivot, s.axis.direction),
-        Surface::Cone(s) => Frame::from_z(pivot, s.axis.direction),
-        Surface::Torus(s) => Frame::from_z(pivot, s.axis.direction),
-    }
-}
-
 /// Covariance of the parameters of `surface` fitted to `samples`, in the order of [`parameter_names`].
 ///
 /// Motions are of the surface about the samples' centroid, in the frame whose third direction is the surface's axis
@@ -86,7 +104,7 @@ pub fn parameter_covariance(
     sigma: f64,
     n_effective: f64,
 ) -> Vec<Vec<f64>> {
-    let frame = frame_of(surface, centroid(&samples.points));
+    let frame = parameter_frame(surface, centroid(&samples.points));
     let columns = columns(surface);
     let n = columns.len();
     let mut information = DMatrix::<f64>::zeros(n, n);

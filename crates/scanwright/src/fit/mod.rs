@@ -1,19 +1,23 @@
 //! Solvers: orthogonal-distance least squares for the five surfaces, on points and normals.
 //!
 //! `start` gives closed-form first guesses from points and normals, `refine` the robust least-squares fit, `covariance`
-//! and `noise` its uncertainty. [`fit_known`] fits a known type by the product's method or by a baseline (`closed`, `pgp2x`). Nothing
+//! and `noise` its uncertainty, `minimum_zone` the surface of least form deviation. [`fit_known`] fits a known type by the
+//! product's method or by a baseline (`closed`, `pgp2x`). Nothing
 //! here knows what a region is or which type is right.
 
 mod closed;
 mod covariance;
+mod minimum_zone;
 mod noise;
 mod pgp2x;
 mod refine;
 mod start;
 
 pub use covariance::{
-    VERTICES_PER_SAMPLE, distance_by_parameters, frame_of, parameter_covariance, parameter_names,
+    VERTICES_PER_SAMPLE, distance_by_parameters, parameter_covariance, parameter_frame, parameter_names,
+    stepped,
 };
+pub use minimum_zone::minimum_zone;
 pub use noise::{Noise, correlated_covariance};
 pub use refine::{Weights, least_squares, refine};
 pub use start::starts;

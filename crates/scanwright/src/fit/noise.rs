@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Samples;
-use super::covariance::{distance_by_parameters, frame_of, parameter_names};
+use super::covariance::{distance_by_parameters, parameter_frame, parameter_names};
 use crate::math::{Point3, centroid};
 use crate::surface::Surface;
 
@@ -52,7 +52,7 @@ pub fn correlated_covariance(
 ) -> Vec<Vec<f64>> {
     let few = samples.thinned(N_PAIRED);
     let n = few.points.len();
-    let frame = frame_of(surface, centroid(&samples.points));
+    let frame = parameter_frame(surface, centroid(&samples.points));
     let names = parameter_names(surface).len();
     let mut jacobian = DMatrix::zeros(n, names);
     for (i, point) in few.points.iter().enumerate() {

@@ -168,7 +168,7 @@ impl LogSum {
 }
 
 /// The surface moved by a step; `None` when that leaves the shapes that exist.
-fn moved(surface: &Surface, step: &SVector<f64, 8>, pivot: &Point3) -> Option<Surface> {
+pub(super) fn moved(surface: &Surface, step: &SVector<f64, 8>, pivot: &Point3) -> Option<Surface> {
     /// Largest turn of one step, radians: beyond it the linear model says nothing.
     const LARGEST_TURN: f64 = 0.5;
     let turn = Vec3::new(step[3], step[4], step[5]);

@@ -16,6 +16,8 @@ mod write_ply;
 pub use error::{Place, ReadError};
 pub use write_ply::write_ply;
 
+use sha2::{Digest as _, Sha256};
+
 use crate::mesh::{Mesh, VertId};
 use std::path::Path;
 
@@ -91,6 +93,10 @@ pub struct ScanFile {
     pub n_unused_vertices: usize,
     /// Faces of more than three corners, cut into fans.
     pub n_polygons: usize,
+    /// Bytes of the file.
+    pub n_bytes: usize,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
 }
 
 /// Reads the mesh file `path`.
@@ -129,7 +135,13 @@ pub fn read_mesh(bytes: &[u8], name: &str) -> Result<ScanFile, ReadError> {
         return Err(ReadError::NoTriangles { n_points: listed.max(mesh.vertices.len()) });
     }
     let n_unused_vertices = count_unused(&mesh);
-    Ok(ScanFile { mesh, format, units, n_unused_vertices, n_polygons })
+    let (n_bytes, sha256) = (bytes.len(), sha256(bytes));
+    Ok(ScanFile { mesh, format, units, n_unused_vertices, n_polygons, n_bytes, sha256 })
+}
+
+/// SHA-256 in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    format!("{:x}", Sha256::digest(bytes))
 }
 
 /// Reads an integer property of a PLY file's faces: one value per triangle of the mesh that [`read_mesh`] gives.

@@ -7,11 +7,13 @@ mod eigen;
 mod frame;
 pub mod least_squares;
 mod planar;
+mod pose;
 pub mod stats;
 
 pub use eigen::symmetric_eigen;
 pub use frame::{Axis, Frame, any_perpendicular};
 pub use planar::{fitted_circle, fitted_parabola, longest_extent, nearest_circle, smallest_rectangle};
+pub use pose::Pose;
 
 /// A position, in the scan's unit.
 pub type Point3 = nalgebra::Point3<f64>;

@@ -10,7 +10,7 @@ pub use boundary::boundary_loops;
 pub use connected::connected;
 pub use winding::winding_number;
 
-use crate::math::{Point3, Vec3};
+use crate::math::{Point3, Pose, Vec3};
 
 /// Index of a triangle of a [`Mesh`].
 pub type TriId = u32;
@@ -99,6 +99,15 @@ impl Mesh {
     /// Largest absolute coordinate.
     pub fn largest_coordinate(&self) -> f64 {
         self.vertices.iter().fold(0.0, |m, p| m.max(p.coords.amax()))
+    }
+
+    /// The mesh after a rigid motion.
+    #[must_use]
+    pub fn moved(&self, pose: &Pose) -> Self {
+        Self {
+            vertices: self.vertices.iter().map(|p| pose.point(p)).collect(),
+            triangles: self.triangles.clone(),
+        }
     }
 
     /// The triangles for which `keep` holds, without unused vertices. Also returns, per new triangle, its old index,

@@ -21,6 +21,11 @@ impl Camera {
         Self { right, up: towards_eye.cross(&right), towards_eye }
     }
 
+    /// Unit vector from the scene to the eye.
+    pub fn towards_eye(&self) -> Vec3 {
+        self.towards_eye
+    }
+
     /// Right, up and towards the eye.
     fn local(&self, point: &Point3) -> Vec3 {
         let p = point.coords;

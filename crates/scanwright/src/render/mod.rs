@@ -1,6 +1,6 @@
 //! Pictures, made on the processor: no graphics card, and the same bytes whatever the number of threads.
 //!
-//! [`picture`] lays views out in a grid, all at one scale. Each view is rasterized into a z-buffer of `SAMPLES` x
+//! [`picture`] lays views out in a grid, all at one scale; [`panel`] draws one, with values or a marked place. Each view is rasterized into a z-buffer of `SAMPLES` x
 //! `SAMPLES` samples per pixel, shaded with a key light, a sky and the occlusion of the depth buffer, and its region
 //! borders and outlines are drawn as thin dark lines.
 //!
@@ -8,13 +8,15 @@
 
 mod camera;
 mod palette;
+mod panel;
 mod png;
 mod raster;
 mod shade;
 mod text;
 
 pub use camera::Camera;
-pub use palette::{Color, of_kind, of_region};
+pub use palette::{Color, Diverging, of_kind, of_region};
+pub use panel::{Drawable, Paint, Panel, panel, visible_samples};
 
 use crate::math::Point3;
 use crate::mesh::Mesh;
@@ -134,8 +136,15 @@ impl Grid {
 fn draw(view: &View, frame: &[Point3], (width, height): (usize, usize), scale: f64) -> Vec<[f32; 3]> {
     let (w, h) = (width * SAMPLES, height * SAMPLES);
     let screen = view.camera.screen(frame, w, h, scale * SAMPLES as f64);
-    let buffer = raster::rasterize(view.mesh, view.groups, &screen, w, h);
-    let shaded = shade::shade(&buffer, view.colors, screen.depth_extent());
+    let normals = raster::corner_normals(view.mesh, view.groups);
+    let buffer = raster::rasterize(view.mesh, view.groups, &normals, &screen, (w, h));
+    let shaded = shade::shade(&buffer, view.mesh, &Paint::Triangles(view.colors), screen.depth_extent());
+    averaged(&shaded, (width, height))
+}
+
+/// Pixels from samples.
+fn averaged(shaded: &[[f32; 3]], (width, height): (usize, usize)) -> Vec<[f32; 3]> {
+    let w = width * SAMPLES;
     let average = |i: usize| {
         let (px, py) = (i % width, i / width);
         let mut sum = [0.0_f32; 3];

@@ -11,6 +11,10 @@ impl Color {
     pub const FREEFORM: Self = Self([214, 196, 120]);
     /// Triangles that belong to no region.
     pub const NONE: Self = Self([150, 150, 152]);
+    /// What surrounds a marked place.
+    pub const PLAIN: Self = Self([216, 218, 220]);
+    /// A marked place.
+    pub const MARK: Self = Self([214, 40, 110]);
     /// The supporting table.
     pub const TABLE: Self = Self([226, 226, 224]);
 
@@ -18,6 +22,12 @@ impl Color {
     #[must_use]
     pub fn pale(self) -> Self {
         Self(self.0.map(|c| 255 - (255 - c) / 2))
+    }
+
+    /// As HTML and SVG write it.
+    pub fn hex(self) -> String {
+        let [r, g, b] = self.0;
+        format!("#{r:02x}{g:02x}{b:02x}")
     }
 
     /// Red, green and blue in linear light, 0 to 1.
@@ -50,6 +60,35 @@ pub fn of_kind(kind: Option<SurfaceKind>) -> Color {
         Some(SurfaceKind::Sphere) => Color([218, 104, 128]),
         Some(SurfaceKind::Torus) => Color([152, 124, 200]),
         None => Color::FREEFORM,
+    }
+}
+
+/// A scale from blue (negative) over pale grey (zero) to orange and brown (positive), which people who do not tell red from
+/// green read as well. Lightness falls the same way on both sides. What is beyond the ends has a color of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diverging {
+    /// The value at the positive end; the negative end is its opposite.
+    pub limit: f64,
+}
+
+impl Diverging {
+    /// Beyond the negative and the positive end.
+    pub const BEYOND: [Color; 2] = [Color([28, 24, 92]), Color([96, 20, 12])];
+
+    /// The color of a value; grey without one.
+    pub fn color(&self, value: f64) -> Color {
+        const LIGHTNESS: (f64, f64) = (0.93, 0.56);
+        const CHROMA: f64 = 0.155;
+        const HUES: [f64; 2] = [4.40, 0.86];
+        if value.is_nan() {
+            return Color::NONE;
+        }
+        let side = usize::from(value > 0.0);
+        let share = (value / self.limit).abs();
+        if share > 1.0 {
+            return Self::BEYOND[side];
+        }
+        oklch(LIGHTNESS.0 + (LIGHTNESS.1 - LIGHTNESS.0) * share, CHROMA * share.powf(0.8), HUES[side])
     }
 }
 

@@ -25,12 +25,19 @@ pub(super) struct Buffer {
     pub normals: Vec<[f32; 3]>,
     /// Whether the triangle's back is seen.
     pub backs: Vec<bool>,
+    /// How much the triangle's first and second corner count.
+    pub weights: Vec<[f32; 2]>,
 }
 
-/// Rasterizes `mesh`; `groups`: one per triangle.
-pub(super) fn rasterize(mesh: &Mesh, groups: &[u32], screen: &Screen, width: usize, height: usize) -> Buffer {
+/// Rasterizes `mesh`; `groups`: one per triangle; `normals`: one per triangle and corner.
+pub(super) fn rasterize(
+    mesh: &Mesh,
+    groups: &[u32],
+    normals: &[[Vec3; 3]],
+    screen: &Screen,
+    (width, height): (usize, usize),
+) -> Buffer {
     let points: Vec<[f32; 3]> = mesh.vertices.iter().map(|p| screen.project(p)).collect();
-    let normals = corner_normals(mesh, groups, screen);
     let n_bands = height.div_ceil(BAND);
     let mut members = vec![Vec::new(); n_bands];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -50,7 +57,8 @@ pub(super) fn rasterize(mesh: &Mesh, groups: &[u32], screen: &Screen, width: usi
         let mut buffer = Buffer::empty(width, BAND.min(height - top));
         for &t in &members[band] {
             let corners = mesh.triangles[t as usize].map(|v| points[v as usize]);
-            buffer.add(t, groups[t as usize], &corners, &normals[t as usize], top);
+            let normals = normals[t as usize].map(|n| screen.direction(&n));
+            buffer.add(t, groups[t as usize], &corners, &normals, top);
         }
         buffer
     });
@@ -68,6 +76,7 @@ impl Buffer {
             depths: vec![f32::NEG_INFINITY; n],
             normals: vec![[0.0, 0.0, 1.0]; n],
             backs: vec![false; n],
+            weights: vec![[0.0; 2]; n],
         }
     }
 
@@ -79,6 +88,7 @@ impl Buffer {
         self.depths.extend(other.depths);
         self.normals.extend(other.normals);
         self.backs.extend(other.backs);
+        self.weights.extend(other.weights);
         self
     }
 
@@ -120,6 +130,7 @@ impl Buffer {
                 self.groups[i] = group;
                 self.normals[i] = facing(normal, back);
                 self.backs[i] = back;
+                self.weights[i] = [wa, wb];
             }
         }
     }
@@ -133,7 +144,7 @@ fn facing(n: [f32; 3], back: bool) -> [f32; 3] {
 }
 
 /// Per triangle and corner: the area-weighted normal of the corner's triangles of the same group.
-fn corner_normals(mesh: &Mesh, groups: &[u32], screen: &Screen) -> Vec<[[f32; 3]; 3]> {
+pub(super) fn corner_normals(mesh: &Mesh, groups: &[u32]) -> Vec<[Vec3; 3]> {
     let adjacency = Adjacency::new(mesh);
     let crosses: Vec<Vec3> = (0..mesh.triangles.len()).map(|t| mesh.cross(t)).collect();
     par::map_indices(mesh.triangles.len(), |t| {
@@ -142,7 +153,7 @@ fn corner_normals(mesh: &Mesh, groups: &[u32], screen: &Screen) -> Vec<[[f32; 3]
             // A crease within a group stays sharp: only triangles turned less than a right angle are averaged.
             let smooth = |u: &usize| groups[*u] == groups[t] && crosses[*u].dot(&crosses[t]) >= 0.0;
             let sum: Vec3 = around.filter(smooth).map(|u| crosses[u]).sum();
-            screen.direction(&sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros))
+            sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
         })
     })
 }

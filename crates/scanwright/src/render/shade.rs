@@ -4,9 +4,11 @@
 //! far they rise above its tangent plane. M. McGuire, B. Osman, M. Bukowski, P. Hennessy, "The alchemy screen-space
 //! ambient obscurance algorithm", High Performance Graphics (2011). Occluders that are hidden themselves cast nothing.
 
+use crate::mesh::Mesh;
 use crate::par;
 
-use super::palette::{self, Color};
+use super::Paint;
+use super::palette;
 use super::raster::{Buffer, NOTHING};
 
 /// Directions of the lights: right, up, towards the eye; not normalized.
@@ -37,11 +39,18 @@ const BORDER_SHADE: f32 = 0.34;
 /// A depth step is an outline when it is larger than this share of the scene.
 const STEP_SHARE: f32 = 0.012;
 
-/// Linear light of every sample. `colors`: one per triangle; `extent`: size of the scene in samples.
-pub(super) fn shade(buffer: &Buffer, colors: &[Color], extent: f32) -> Vec<[f32; 3]> {
+/// How much of the light's play remains on colors that stand for values: enough to see the shape, little enough to read
+/// the color against its scale.
+const PLAY_ON_VALUES: f32 = 0.4;
+
+/// Linear light of every sample of `mesh`; `extent`: size of the scene in samples.
+pub(super) fn shade(buffer: &Buffer, mesh: &Mesh, paint: &Paint, extent: f32) -> Vec<[f32; 3]> {
     let occlusion = occlusion(buffer, extent);
     let lines = lines(buffer, extent);
-    let colors: Vec<[f32; 3]> = colors.iter().map(|color| color.linear()).collect();
+    let (colors, play) = match paint {
+        Paint::Triangles(colors) => (colors.iter().map(|color| color.linear()).collect(), 1.0),
+        Paint::Values { .. } => (Vec::new(), PLAY_ON_VALUES),
+    };
     let background = palette::BACKGROUND.linear();
     par::map_indices(buffer.triangles.len(), |i| {
         let (x, y) = (i % buffer.width, i / buffer.width);
@@ -51,8 +60,16 @@ pub(super) fn shade(buffer: &Buffer, colors: &[Color], extent: f32) -> Vec<[f32;
             return background.map(|c| c * line);
         }
         let open = occlusion[(y / BLOCK) * buffer.width.div_ceil(BLOCK) + x / BLOCK];
-        let lit = light(colors[t as usize], buffer.normals[i], open, buffer.backs[i]);
-        lit.map(|c| c * line)
+        let color = match paint {
+            Paint::Triangles(_) => colors[t as usize],
+            Paint::Values { values, scale } => {
+                let [a, b, c] = mesh.triangles[t as usize].map(|v| values[v as usize]);
+                let [wa, wb] = buffer.weights[i].map(f64::from);
+                scale.color(wa * a + wb * b + (1.0 - wa - wb) * c).linear()
+            }
+        };
+        let lit = light(color, buffer.normals[i], open, buffer.backs[i]);
+        [0, 1, 2].map(|k| (play * lit[k] + (1.0 - play) * color[k]) * line)
     })
 }
 

@@ -4,14 +4,17 @@
 //! reads back the same, and what is not a number is `null`: the same result is the same bytes.
 
 mod geometry;
+mod place;
 mod regions;
 
 pub use geometry::Geometry;
+pub use place::Place;
 pub use regions::{Neighbor, PrimitiveReport};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::condition::ConditionReport;
+use crate::deviation::Histogram;
 use crate::dimension::{Dimension, Systematic};
 use crate::fit::Noise;
 use crate::gprimdb::Known;
@@ -36,12 +39,25 @@ pub struct Context<'a> {
     pub n_triangles: usize,
     /// Vertices of the scan as it was read.
     pub n_vertices: usize,
+    /// The file that the scan was read from, if it was one.
+    pub source: Option<Source>,
     /// What a database knows of the primitives; `None` when none was asked.
     pub known: Option<&'a [Known]>,
 }
 
+/// The file that a scan was read from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Source {
+    /// Its name, without folders.
+    pub file: String,
+    /// Its length.
+    pub bytes: usize,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
 /// The unit of all lengths of a report.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Units {
     /// Abbreviation.
     pub name: String,
@@ -86,6 +102,7 @@ struct Settings {
 
 #[derive(Debug, Clone, Serialize)]
 struct Scan {
+    source: Option<Source>,
     triangles: usize,
     vertices: usize,
     conditioned: ConditionReport,
@@ -113,6 +130,7 @@ struct DeviationReport {
     #[serde(flatten)]
     residual: Residual,
     within_three_noise: f64,
+    histogram: Histogram,
 }
 
 /// Sigmas of noise within which a point counts as on the model: 99.7 % of a normal distribution.
@@ -130,6 +148,7 @@ impl Report {
         let deviation = result.deviation.as_ref().map(|deviation| DeviationReport {
             residual: deviation.residual,
             within_three_noise: deviation.share_within(SIGMAS_WITHIN * noise),
+            histogram: Histogram::new(&deviation.distances, deviation.residual.p95, noise),
         });
         Self {
             schema: SCHEMA,
@@ -192,6 +211,7 @@ impl Scan {
         let measured = &result.measured;
         let (area, area_explained) = areas(result);
         Self {
+            source: context.source.clone(),
             triangles: context.n_triangles,
             vertices: context.n_vertices,
             conditioned: result.conditioned.clone(),
@@ -307,8 +327,15 @@ mod tests {
     fn json(result: &Reconstruction) -> serde_json::Value {
         let units = Units { name: "mm".to_owned(), millimetres: 1.0, source: "flag".to_owned() };
         let options = Options::default();
-        let context =
-            Context { version: "0", units, options: &options, n_triangles: 9, n_vertices: 9, known: None };
+        let context = Context {
+            version: "0",
+            units,
+            options: &options,
+            n_triangles: 9,
+            n_vertices: 9,
+            source: None,
+            known: None,
+        };
         serde_json::from_str(&Report::new(result, &context).to_json()).unwrap()
     }
 

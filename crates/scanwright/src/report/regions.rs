@@ -7,7 +7,7 @@ use crate::mesh::Adjacency;
 use crate::pipeline::Reconstruction;
 use crate::recognize::{Primitive, Residual, Sufficiency};
 
-use super::{Context, Geometry};
+use super::{Context, Geometry, Place, place};
 
 /// One primitive of a report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,6 +31,8 @@ pub struct PrimitiveReport {
     pub triangles: usize,
     /// Their area.
     pub area: f64,
+    /// Where it is.
+    pub place: Option<Place>,
     /// Regions that share a border, by id.
     pub neighbors: Vec<Neighbor>,
     /// Why the type is not certain, if it is not.
@@ -65,6 +67,7 @@ pub(super) fn primitives(result: &Reconstruction, context: &Context) -> Vec<Prim
     }
     let sufficiency = context.options.target.map(|target| result.sufficiency(target)).unwrap_or_default();
     let borders = border_lengths(result);
+    let places = place::places(result);
     let report = |i: usize| {
         let primitive = &segmentation.primitives[i];
         let of_pair =
@@ -79,6 +82,7 @@ pub(super) fn primitives(result: &Reconstruction, context: &Context) -> Vec<Prim
             covariance: primitive.covariance.clone(),
             triangles: counts[i],
             area: areas[i],
+            place: places[i],
             neighbors: borders.iter().filter_map(of_pair).collect(),
             ambiguous: primitive.ambiguous.clone(),
             sufficiency: sufficiency.get(i).copied().flatten(),

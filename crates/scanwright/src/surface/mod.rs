@@ -19,7 +19,7 @@ pub use plane::Plane;
 pub use sphere::Sphere;
 pub use torus::Torus;
 
-use crate::math::{Axis, Point3, UnitVec3, Vec3};
+use crate::math::{Axis, Point3, Pose, UnitVec3, Vec3};
 
 /// The type of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -169,6 +169,12 @@ impl Surface {
             Self::Cone(s) => Some(s.axis),
             Self::Torus(s) => Some(s.axis),
         }
+    }
+
+    /// The surface after a rigid motion.
+    #[must_use]
+    pub fn moved(&self, pose: &Pose) -> Self {
+        self.transformed(&pose.rotation, 1.0, &pose.translation)
     }
 
     /// The surface after `p -> rotation * (p * scale) + translation`.
