@@ -32,6 +32,7 @@ pub mod align;
 pub mod brep;
 pub mod check;
 pub mod condition;
+pub mod datum;
 pub mod denoise;
 pub mod deviation;
 pub mod fit;

@@ -1,5 +1,6 @@
 //! A model known before the scan: the faces of a CAD file, or a mesh.
 
+use crate::math::{Point3, Vec3};
 use crate::mesh::Mesh;
 use crate::surface::Surface;
 
@@ -47,5 +48,19 @@ impl PriorModel {
     pub fn from_mesh(mesh: Mesh) -> Self {
         let face = PriorFace { name: "face 1".to_owned(), surface: None, outward: true };
         Self { face_of: vec![0; mesh.triangles.len()], mesh, faces: vec![face], ..Self::default() }
+    }
+
+    /// The model in another unit: lengths times `factor`.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        let still = nalgebra::Rotation3::identity();
+        for vertex in &mut self.mesh.vertices {
+            *vertex = Point3::from(vertex.coords * factor);
+        }
+        for face in &mut self.faces {
+            face.surface = face.surface.map(|s| s.transformed(&still, factor, &Vec3::zeros()));
+        }
+        self.millimetres = self.millimetres.map(|length| length / factor);
+        self
     }
 }

@@ -110,7 +110,7 @@ impl Plate {
             best.expect("there are faces") as u32
         };
         let face_of = (0..mesh.triangles.len()).map(nearest).collect();
-        PriorModel { face_of, mesh, faces, millimetres: Some(1.0), unread: Vec::new() }
+        PriorModel { face_of, mesh, faces, millimetres: Some(1.0), ..PriorModel::default() }
     }
 }
 

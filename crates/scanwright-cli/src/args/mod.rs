@@ -4,6 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod align;
+mod check;
+
+pub use align::{ALIGN_EXAMPLES, AlignArgs};
+pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
+
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
 #[command(version, about, long_about = LONG_ABOUT, after_long_help = EXIT_CODES, max_term_width = 100)]
@@ -40,6 +46,12 @@ pub enum Verb {
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Hold a scan against the model it should be: deviations, sizes, places, form, changes, with uncertainties.
+    #[command(after_long_help = CHECK_EXAMPLES)]
+    Check(Box<CheckArgs>),
+    /// Move a scan into the frame of its datums: level, rotate, zero.
+    #[command(after_long_help = ALIGN_EXAMPLES)]
+    Align(AlignArgs),
     /// Fit reference data of all five types whose answers are known, and print the errors.
     Selftest,
 }
