@@ -42,19 +42,24 @@ def reference(path):
     area, volume = GProp_GProps(), GProp_GProps()
     surface_properties(shape, area)
     volume_properties(shape, volume)
-    kinds = Counter()
+    kinds, areas = Counter(), []
     explorer = TopExp_Explorer(shape, TopAbs_FACE)
     while explorer.More():
-        kind = BRepAdaptor_Surface(to_face(explorer.Current())).GetType()
-        kinds[NAMES.get(kind, "freeform")] += 1
+        face = to_face(explorer.Current())
+        kind = NAMES.get(BRepAdaptor_Surface(face).GetType(), "freeform")
+        kinds[kind] += 1
+        part = GProp_GProps()
+        surface_properties(face, part)
+        areas.append((kind, part.Mass()))
         explorer.Next()
-    return {"volume": volume.Mass(), "area": area.Mass(), "kinds": dict(kinds)}
+    return {"volume": volume.Mass(), "area": area.Mass(), "kinds": dict(kinds), "areas": areas}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bin", required=True)
     parser.add_argument("--all", action="store_true", help="a line for every file")
+    parser.add_argument("--faces", action="store_true", help="and one for every face whose area is off")
     parser.add_argument("files", nargs="+", type=Path)
     arguments = parser.parse_args()
     counts = Counter()
@@ -85,6 +90,10 @@ def main():
                 f"{ours['triangles']} triangles, {ours['seconds']:.2f} s, faces {ours['kinds']} "
                 f"(Open CASCADE {theirs['kinds']}) {ours['unread'][:3]}"
             )
+        if arguments.faces and len(ours["areas"]) == len(theirs["areas"]):
+            for i, ((name, a), (kind, b)) in enumerate(zip(ours["areas"], theirs["areas"], strict=True)):
+                if abs(a * unit**2 - b) > 0.01 * b:
+                    print(f"    face {i} {name} {kind}: {a * unit**2:.6g}, should be {b:.6g}")
     for name, count in counts.items():
         print(f"{count:5d} {name}")
 

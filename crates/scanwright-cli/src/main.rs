@@ -6,6 +6,7 @@
 mod align;
 mod args;
 mod check;
+mod assemble;
 mod classify;
 mod clean;
 mod console;
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         Verb::Render(args) => render::run(args),
         Verb::Check(args) => check::run(args),
         Verb::Align(args) => align::run(args),
+        Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });
     let code = match outcome {

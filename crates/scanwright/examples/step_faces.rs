@@ -22,7 +22,7 @@ fn main() {
                     "volume": mesh.signed_volume(), "area": mesh.total_area(), "open": open_sides(&model),
                     "faces": model.faces.len(), "kinds": kinds(&model), "millimetres": model.millimetres,
                     "parts": model.parts.iter().map(|p| p.name.clone()).collect::<Vec<_>>(),
-                    "unread": model.unread,
+                    "unread": model.unread, "areas": areas(&model),
                 })
             }
             Err(error) => serde_json::json!({ "path": path, "error": error.to_string() }),
@@ -48,4 +48,13 @@ fn kinds(model: &PriorModel) -> BTreeMap<&'static str, usize> {
         *kinds.entry(face.surface.map_or("freeform", |s| s.kind().name())).or_default() += 1;
     }
     kinds
+}
+
+/// Name and area of every face.
+fn areas(model: &PriorModel) -> Vec<(&str, f64)> {
+    let mut areas: Vec<(&str, f64)> = model.faces.iter().map(|f| (f.name.as_str(), 0.0)).collect();
+    for (t, face) in model.face_of.iter().enumerate() {
+        areas[*face as usize].1 += model.mesh.area(t);
+    }
+    areas
 }

@@ -29,6 +29,7 @@
 //! ```
 
 pub mod align;
+pub mod assemble;
 pub mod brep;
 pub mod check;
 pub mod condition;

@@ -17,7 +17,7 @@ const RANKS: &[&[&str]] = &[
     &["step", "deviation", "render"],
     &["pipeline"],
     &["align", "report"],
-    &["check"],
+    &["assemble", "check"],
 ];
 
 #[test]

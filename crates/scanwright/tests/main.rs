@@ -2,6 +2,7 @@
 
 mod align;
 mod architecture;
+mod assembly;
 mod baselines;
 mod brep;
 mod check;

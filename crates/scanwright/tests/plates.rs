@@ -37,7 +37,7 @@ const EXTRA: ([f64; 2], f64, f64) = ([-14.0, -11.0], 5.0, 15.0);
 const HALF: [f64; 2] = [30.0, 20.0];
 
 impl Plate {
-    fn distance(&self, p: &Point3) -> f64 {
+    pub fn distance(&self, p: &Point3) -> f64 {
         let round = |[x, y]: [f64; 2]| (p.x - x).hypot(p.y - y);
         let mut inside = box_distance(p, [0.0, 0.0, self.top / 2.0], [HALF[0], HALF[1], self.top / 2.0]);
         let mut stand = |at: [f64; 2], radius: f64, height: f64| {

@@ -12,7 +12,7 @@ use scanwright::step::read::{StepReadError, read};
 use scanwright::step::{LengthUnit, StepOptions, write};
 use scanwright::surface::{Surface, SurfaceKind};
 
-use crate::parts::{STEP, block, block_with_two_bores, cap, pipe, tolerances};
+use crate::parts::{STEP, block, cap, dented, pipe, tolerances};
 
 /// Share by which the volume of a tessellation may be off: chords turn by six degrees at most, so an area is short by a
 /// share of (6 deg)^2 / 6 where the chord's share of the diagonal does not bind first.
@@ -22,7 +22,7 @@ const CHORDS: f64 = 1.8e-3;
 
 #[test]
 fn our_own_solids_come_back() {
-    for part in [block([12.0, 10.0, 8.0]), pipe(14.0, 6.0, 40.0), cap(), block_with_two_bores(20.0, 4.0, 10.0)] {
+    for part in [block([12.0, 10.0, 8.0]), pipe(14.0, 6.0, 40.0), cap(), dented()] {
         let solids = build(&part.labelled(), &tolerances(STEP)).solids;
         let model = read(write(&solids, &StepOptions::default()).as_bytes()).unwrap();
         assert_eq!(model.unread, [""; 0]);
@@ -33,7 +33,9 @@ fn our_own_solids_come_back() {
         assert_share(model.mesh.signed_volume(), volume, 6e-3);
         for (face, written) in model.faces.iter().zip(solids.iter().flat_map(|s| &s.faces)) {
             let solid = solids.iter().find(|s| s.faces.contains(written)).unwrap();
-            let Geometry::Analytic(surface) = solid.geometry(written) else { panic!("these parts are of the five") };
+            let Geometry::Analytic(surface) = solid.geometry(written) else {
+                panic!("these parts are of the five")
+            };
             let read = face.surface.expect("and so is what is read");
             assert_same_surface(&read, surface, model.mesh.diagonal());
             assert_eq!(face.outward, written.same_sense, "{}", face.name);
@@ -334,7 +336,11 @@ fn spheres_are_read_with_a_seam_with_a_vertex_and_cut() {
         let solid = text.solid(&faces);
         let model = text.closed(solid);
         let depth: f64 = radius + height;
-        assert_share(model.mesh.signed_volume(), PI * depth * depth * (3.0 * radius - depth) / 3.0, 2.0 * CHORDS);
+        assert_share(
+            model.mesh.signed_volume(),
+            PI * depth * depth * (3.0 * radius - depth) / 3.0,
+            2.0 * CHORDS,
+        );
     }
 }
 
@@ -398,7 +404,8 @@ fn a_cone_in_degrees_and_inches_has_its_apex() {
     let radian = text.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
     let measure =
         text.add(format!("PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE({:?}),#{radian})", PI / 180.0));
-    let degree = text.add(format!("(CONVERSION_BASED_UNIT('DEGREE',#{measure})NAMED_UNIT(*)PLANE_ANGLE_UNIT())"));
+    let degree =
+        text.add(format!("(CONVERSION_BASED_UNIT('DEGREE',#{measure})NAMED_UNIT(*)PLANE_ANGLE_UNIT())"));
     let context = text.context_of(&[inch, degree]);
     text.representation(&[solid], context);
     let model = text.read();
@@ -411,9 +418,8 @@ fn a_cone_in_degrees_and_inches_has_its_apex() {
 
 /// A cube of side 1 as facets; its number.
 fn faceted_cube(text: &mut Text) -> usize {
-    let corners: Vec<usize> = (0..8)
-        .map(|i| text.point([i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from)))
-        .collect();
+    let corners: Vec<usize> =
+        (0..8).map(|i| text.point([i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from))).collect();
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let faces: Vec<usize> = sides
         .iter()
@@ -470,7 +476,8 @@ fn assemblies_place_their_parts_in_their_own_units() {
         let (whole_definition, whole_shape) = product(&mut text, "whole");
         text.add(format!("SHAPE_DEFINITION_REPRESENTATION(#{whole_shape},#{whole})"));
         for (i, place) in places.iter().enumerate() {
-            let (pair, items) = if reversed { ([whole, part], [*place, origin]) } else { ([part, whole], [origin, *place]) };
+            let (pair, items) =
+                if reversed { ([whole, part], [*place, origin]) } else { ([part, whole], [origin, *place]) };
             let transformation =
                 text.add(format!("ITEM_DEFINED_TRANSFORMATION('','',#{},#{})", items[0], items[1]));
             let relation = text.add(format!(
@@ -542,7 +549,8 @@ fn a_surface_that_is_not_supported_is_told_and_the_others_are_read() {
 
 #[test]
 fn what_is_wrong_is_told_with_its_place() {
-    let of = |data: &str| read(format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}").as_bytes()).unwrap_err();
+    let of =
+        |data: &str| read(format!("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n{data}").as_bytes()).unwrap_err();
     assert_eq!(read(b"solid cube").unwrap_err(), StepReadError::NotStep);
     assert_eq!(of("#1=PLANE('',#2);\n#1=PLANE('',#2);").to_string(), "line 6: #1 is defined a second time");
     assert!(matches!(of("#1=PLANE('',#2"), StepReadError::Truncated { line: 5, .. }));
@@ -550,9 +558,11 @@ fn what_is_wrong_is_told_with_its_place() {
     assert!(matches!(of("#1=PLANE('',#2);\nENDSEC;\n"), StepReadError::NoFaces { first: None }));
     assert!(matches!(of("one=PLANE('',#2);\nENDSEC;\n"), StepReadError::Syntax { line: 5, .. }));
     assert!(matches!(of("/* #1=PLANE("), StepReadError::Truncated { line: 5, .. }));
-    let told = of("#1=SHAPE_REPRESENTATION('',(#2),#9);\n#2=MANIFOLD_SOLID_BREP('',#3);\nENDSEC;\n").to_string();
+    let told =
+        of("#1=SHAPE_REPRESENTATION('',(#2),#9);\n#2=MANIFOLD_SOLID_BREP('',#3);\nENDSEC;\n").to_string();
     assert!(told.contains("#3 is referred to and not defined"), "{told}");
-    let deep = format!("#1=SHAPE_REPRESENTATION('',{}{},#9);\nENDSEC;\n", "(".repeat(100_000), ")".repeat(100_000));
+    let deep =
+        format!("#1=SHAPE_REPRESENTATION('',{}{},#9);\nENDSEC;\n", "(".repeat(100_000), ")".repeat(100_000));
     assert!(matches!(of(&deep), StepReadError::NoFaces { .. }));
 }
 
@@ -603,7 +613,7 @@ fn damaged_files_end_in_a_result_or_an_error() {
     let (mut n_read, mut n_refused) = (0, 0);
     for (index, original) in originals.iter().enumerate() {
         let mut rng = Rng::for_task(5, "damage", index as u64);
-        for _ in 0..150 {
+        for _ in 0..110 {
             match read(&damaged(original.as_bytes(), &mut rng)) {
                 Ok(model) => {
                     n_read += 1;

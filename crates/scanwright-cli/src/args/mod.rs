@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod align;
+mod assemble;
 mod check;
 
 pub use align::{ALIGN_EXAMPLES, AlignArgs};
+pub use assemble::AssembleArgs;
 pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
 
 /// From a raw 3D scan to a closed CAD solid.
@@ -52,6 +54,9 @@ pub enum Verb {
     /// Move a scan into the frame of its datums: level, rotate, zero.
     #[command(after_long_help = ALIGN_EXAMPLES)]
     Align(AlignArgs),
+    /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
+    #[command(after_long_help = assemble::EXAMPLES)]
+    Assemble(AssembleArgs),
     /// Fit reference data of all five types whose answers are known, and print the errors.
     Selftest,
 }

@@ -118,10 +118,10 @@ pub(super) fn cost(distance: f64, scale: f64) -> f64 {
 pub(super) fn ranked(target: &Target, part: &Part, guesses: &[(Pose, FoundBy)]) -> Vec<Placed> {
     /// Points that a first look and a short settling take.
     const LOOK: usize = 400;
-    const SETTLE: usize = 1_500;
+    const SETTLE: usize = 800;
     /// Guesses settled.
-    const MOST: usize = 72;
-    const STEPS: usize = 15;
+    const MOST: usize = 56;
+    const STEPS: usize = 12;
     let (look, settle) = (Cloud::new(part, LOOK), Cloud::new(part, SETTLE));
     let wide = wide_reach(target, part);
     let mut scored = par::map(guesses, |(pose, found_by)| {

@@ -207,7 +207,7 @@ pub fn align(target: &Target, part: &Part, options: &Options) -> Result<Alignmen
         return Err(AlignError::NoPlacement(fine::LEAST_EXPLAINED));
     }
     let freedom = spread::freedom(&settled);
-    let alternatives = alternatives::find(target, part, &settled, &freedom, &placed[1..]);
+    let alternatives = alternatives::find(target, part, &settled, &freedom, best.score, &placed[1..]);
     Ok(Alignment { alternatives, ..spread::alignment(settled, freedom, best.found_by) })
 }
 

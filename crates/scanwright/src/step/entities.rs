@@ -8,13 +8,20 @@ use crate::surface::bspline::{DEGREE, SplineCurve, SplineSurface};
 /// Collects entity lines.
 #[derive(Debug, Default)]
 pub(super) struct Entities {
+    /// Numbers taken by others before.
+    taken: usize,
     lines: Vec<String>,
 }
 
 impl Entities {
+    /// The first entity gets the number `first`.
+    pub(super) fn starting_at(first: usize) -> Self {
+        Self { taken: first - 1, lines: Vec::new() }
+    }
+
     /// Adds an entity and returns its number.
     pub(super) fn add(&mut self, text: &str) -> usize {
-        let id = self.lines.len() + 1;
+        let id = self.taken + self.lines.len() + 1;
         self.lines.push(format!("#{id}={text};"));
         id
     }

@@ -4,10 +4,12 @@
 //! with its curve; senses live in `ORIENTED_EDGE` and `same_sense`. ISO 10303-21 (clear text), 10303-42 (geometry and
 //! topology), 10303-46 (colours). The uncertainty written is the largest gap the solids have.
 
+mod assembly;
 mod entities;
 mod product;
 pub mod read;
 
+pub use assembly::{AssemblyError, Component, write_assembly};
 pub use product::write;
 
 /// The application protocol of the file.
@@ -36,6 +38,20 @@ pub enum LengthUnit {
     Foot,
     /// Thousandth of a millimetre.
     Micrometre,
+}
+
+impl LengthUnit {
+    /// Its length in millimetres.
+    pub fn millimetres(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Centimetre => 10.0,
+            Self::Metre => 1000.0,
+            Self::Inch => 25.4,
+            Self::Foot => 304.8,
+            Self::Micrometre => 1e-3,
+        }
+    }
 }
 
 /// How a file is written.

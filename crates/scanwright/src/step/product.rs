@@ -10,8 +10,8 @@ use crate::surface::SurfaceKind;
 /// The Part 21 text of `solids`: closed ones as solids, open ones as shells.
 pub fn write(solids: &[Solid], options: &StepOptions) -> String {
     let mut entities = Entities::default();
-    let product = product(&mut entities, options);
-    let context = context(&mut entities, solids, options);
+    let (_, product) = product(&mut entities, options);
+    let context = context(&mut entities, uncertainty(solids), options);
     let origin = entities
         .placement(&crate::math::Frame::from_z(crate::math::Point3::origin(), crate::math::Vec3::z_axis()));
     let (mut closed, mut open, mut colored) = (vec![origin], vec![origin], Vec::new());
@@ -41,11 +41,11 @@ pub fn write(solids: &[Solid], options: &StepOptions) -> String {
     if options.colors && !colored.is_empty() {
         color(&mut entities, &colored, context);
     }
-    format!("{}DATA;\n{}\nENDSEC;\nEND-ISO-10303-21;\n", header(options), entities.text())
+    format!("{}DATA;\n{}\nENDSEC;\nEND-ISO-10303-21;\n", header(options, options.schema), entities.text())
 }
 
-fn header(options: &StepOptions) -> String {
-    let schema = match options.schema {
+pub(super) fn header(options: &StepOptions, schema: Schema) -> String {
+    let schema = match schema {
         Schema::Ap242 => "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF { 1 0 10303 442 1 1 4 }",
         Schema::Ap214 => "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }",
     };
@@ -59,7 +59,7 @@ fn header(options: &StepOptions) -> String {
 }
 
 /// A string as Part 21 wants it: quotes doubled, anything beyond printable ASCII as `\X2\` code units.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     let mut out = String::from("'");
     for c in text.chars() {
         match c {
@@ -80,8 +80,8 @@ fn quoted(text: &str) -> String {
     out
 }
 
-/// The product and its shape; the number of the shape.
-fn product(entities: &mut Entities, options: &StepOptions) -> usize {
+/// The product and its shape; the numbers of its definition and of the shape.
+pub(super) fn product(entities: &mut Entities, options: &StepOptions) -> (usize, usize) {
     let (protocol, year, name) = match options.schema {
         Schema::Ap242 => {
             ("managed model based 3d engineering", 2014, "ap242_managed_model_based_3d_engineering")
@@ -100,11 +100,11 @@ fn product(entities: &mut Entities, options: &StepOptions) -> usize {
     let design =
         entities.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"));
     let definition = entities.add(&format!("PRODUCT_DEFINITION('design','',#{formation},#{design})"));
-    entities.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})"))
+    (definition, entities.add(&format!("PRODUCT_DEFINITION_SHAPE('','',#{definition})")))
 }
 
-/// Units and uncertainty; the number of the context.
-fn context(entities: &mut Entities, solids: &[Solid], options: &StepOptions) -> usize {
+/// Units and uncertainty (none when `gap` is zero); the number of the context.
+pub(super) fn context(entities: &mut Entities, gap: f64, options: &StepOptions) -> usize {
     let si = |entities: &mut Entities, prefix: &str| {
         entities.add(&format!("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT({prefix},.METRE.))"))
     };
@@ -127,7 +127,13 @@ fn context(entities: &mut Entities, solids: &[Solid], options: &StepOptions) -> 
     };
     let angle = entities.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
     let solid_angle = entities.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");
-    let gap = real(uncertainty(solids));
+    if gap == 0.0 {
+        return entities.add(&format!(
+            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#{length},#{angle},#{solid_angle}))\
+             REPRESENTATION_CONTEXT('',''))"
+        ));
+    }
+    let gap = real(gap);
     let uncertainty = entities.add(&format!(
         "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({gap}),#{length},'distance_accuracy_value','largest gap')"
     ));

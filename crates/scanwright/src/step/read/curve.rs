@@ -82,8 +82,13 @@ fn read_within(exchange: &Exchange, id: u64, chain: usize) -> Result<Curve, Step
     Err(entity.unsupported())
 }
 
-const SPLINES: &[&str] =
-    &["B_SPLINE_CURVE_WITH_KNOTS", "BEZIER_CURVE", "QUASI_UNIFORM_CURVE", "UNIFORM_CURVE", "RATIONAL_B_SPLINE_CURVE"];
+const SPLINES: &[&str] = &[
+    "B_SPLINE_CURVE_WITH_KNOTS",
+    "BEZIER_CURVE",
+    "QUASI_UNIFORM_CURVE",
+    "UNIFORM_CURVE",
+    "RATIONAL_B_SPLINE_CURVE",
+];
 
 fn conic_frame(
     entity: &Instance,
@@ -130,9 +135,10 @@ fn spline(exchange: &Exchange, entity: &Instance) -> Result<Curve, StepReadError
     if weights.as_ref().is_some_and(|w| w.len() != ids.len()) {
         return Err(entity.wrong("has another number of weights than of poles", "one weight per pole"));
     }
-    let poles = ids.iter().enumerate().map(|(i, id)| {
-        pole(entity, point(exchange, *id)?, weights.as_ref().map_or(1.0, |w| w[i]))
-    });
+    let poles = ids
+        .iter()
+        .enumerate()
+        .map(|(i, id)| pole(entity, point(exchange, *id)?, weights.as_ref().map_or(1.0, |w| w[i])));
     let poles: Vec<Pole> = poles.collect::<Result<_, _>>()?;
     let knots = if entity.is("B_SPLINE_CURVE_WITH_KNOTS") {
         let fields = entity.fields("B_SPLINE_CURVE_WITH_KNOTS", 6);
@@ -181,7 +187,11 @@ pub(super) fn knots(
 }
 
 /// Knots of the types that do not list them.
-pub(super) fn implied_knots(entity: &Instance, degree: usize, n_poles: usize) -> Result<Knots, StepReadError> {
+pub(super) fn implied_knots(
+    entity: &Instance,
+    degree: usize,
+    n_poles: usize,
+) -> Result<Knots, StepReadError> {
     let clamped = |n_spans: usize, inner: usize| {
         let mut multiplicities = vec![inner; n_spans + 1];
         multiplicities[0] = degree + 1;
@@ -255,13 +265,11 @@ impl Curve {
             }
             Self::Parabola { frame, focal_length } => frame.local(p).y / (2.0 * focal_length),
             Self::Hyperbola { frame, semi_axes: (_, b) } => (frame.local(p).y / b).asinh(),
-            Self::Spline { starts, .. } => {
-                self.nearest(starts, |t| {
-                    let (q, d, dd) = self.jet(t);
-                    let off = q - p;
-                    (off.norm_squared(), off.dot(&d), d.norm_squared() + off.dot(&dd))
-                })
-            }
+            Self::Spline { starts, .. } => self.nearest(starts, |t| {
+                let (q, d, dd) = self.jet(t);
+                let off = q - p;
+                (off.norm_squared(), off.dot(&d), d.norm_squared() + off.dot(&dd))
+            }),
         }
     }
 
@@ -393,7 +401,8 @@ impl Curve {
             let from = self.point(wrap(a + (b - a) * share)) - p;
             (from - chord * (from.dot(&chord) / chord.norm_squared().max(f64::MIN_POSITIVE))).norm()
         };
-        crate::math::angle_between(&d, &e) <= MOST_TURN && [0.25, 0.5, 0.75].iter().all(|s| off(*s) <= tolerance)
+        crate::math::angle_between(&d, &e) <= MOST_TURN
+            && [0.25, 0.5, 0.75].iter().all(|s| off(*s) <= tolerance)
     }
 
     /// The parameter brought into a closed spline's range.
@@ -436,7 +445,11 @@ fn descend(start: f64, (low, high): (f64, f64), distance: &impl Fn(f64) -> (f64,
             break;
         }
         // The sign of the slope says on which side the minimum is.
-        if slope > 0.0 { high = t } else { low = t }
+        if slope > 0.0 {
+            high = t
+        } else {
+            low = t
+        }
         let newton = t - slope / bend;
         let next = if bend > 0.0 && low < newton && newton < high { newton } else { 0.5 * (low + high) };
         if (next - t).abs() <= f64::EPSILON * (low.abs() + high.abs()) {

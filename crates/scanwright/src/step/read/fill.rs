@@ -123,7 +123,8 @@ impl Sheet {
             };
             for edge in edges {
                 // The hull's sides run along the outside; a triangle's along itself.
-                let other = if face.is_outer() && !edge.face().is_outer() { edge.face() } else { edge.rev().face() };
+                let other =
+                    if face.is_outer() && !edge.face().is_outer() { edge.face() } else { edge.rev().face() };
                 let slot = &mut inside[other.fix().index()];
                 if slot.is_none() {
                     *slot = Some(here != self.parts(edge));
@@ -144,7 +145,10 @@ impl Sheet {
     }
 
     /// Whether an odd number of borders run along a side: a slit is there twice and parts nothing.
-    fn parts(&self, edge: spade::handles::DirectedEdgeHandle<'_, Point2<f64>, (), spade::CdtEdge<()>, ()>) -> bool {
+    fn parts(
+        &self,
+        edge: spade::handles::DirectedEdgeHandle<'_, Point2<f64>, (), spade::CdtEdge<()>, ()>,
+    ) -> bool {
         let (a, b) = (edge.from().fix().index(), edge.to().fix().index());
         edge.is_constraint_edge() && self.uses.get(&(a.min(b), a.max(b))).is_none_or(|n| n % 2 == 1)
     }
@@ -184,7 +188,9 @@ impl Sheet {
             if !inside[face.fix().index()] {
                 continue;
             }
-            let [Some(a), Some(b), Some(c)] = face.vertices().map(|v| self.nodes[v.fix().index()]) else { continue };
+            let [Some(a), Some(b), Some(c)] = face.vertices().map(|v| self.nodes[v.fix().index()]) else {
+                continue;
+            };
             // All points of a pole are one vertex.
             if a != b && b != c && c != a {
                 triangles.push([a, b, c]);
@@ -206,7 +212,10 @@ fn grid(layout: &Layout) -> Vec<Uv> {
         .map(|(a, b)| [[a.0[0] / du, a.0[1] / dv], [b.0[0] / du, b.0[1] / dv]])
         .collect();
     let range = |i: usize| {
-        sides.iter().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[i]), h.max(p[i])))
+        sides
+            .iter()
+            .flatten()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[i]), h.max(p[i])))
     };
     let ((x0, x1), (y0, y1)) = (range(0), range(1));
     let (width, height) = (x1 - x0, y1 - y0);

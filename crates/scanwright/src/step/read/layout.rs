@@ -62,7 +62,7 @@ pub(super) fn layout(
     at_pole: f64,
 ) -> Result<Layout, &'static str> {
     let raw: Vec<Vec<Uv>> = loops.iter().map(|l| parameters(patch, l)).collect();
-    let (low, high) = bounds(patch, raw.iter().flatten());
+    let (low, high) = bounds(patch, raw.iter().flatten(), true);
     let mut made = Layout { steps: patch.steps(low, high, tolerance), ..Layout::default() };
     if made.steps.iter().chain(&low).chain(&high).any(|x| !x.is_finite()) {
         return Err("its border is beyond all numbers on its surface");
@@ -77,14 +77,29 @@ pub(super) fn layout(
     }
     let (turning, closed): (Vec<Strip>, Vec<Strip>) = strips.into_iter().partition(|s| s.turns != [0, 0]);
     let mut closed: Vec<Polygon> = closed.into_iter().map(|s| s.points).collect();
-    let closes = patch.periods.iter().any(Option::is_some) || patch.poles.iter().any(Option::is_some);
+    for polygon in &mut closed {
+        // The face lies on both sides of a seam, whatever sense a file gives to the loop: some turn that of left-handed
+        // surfaces round.
+        if area(polygon) < 0.0 && has_seam(patch, polygon) {
+            polygon.reverse();
+        }
+    }
+    let closes = !turning.is_empty()
+        || patch.periods.iter().all(Option::is_some)
+        || (patch.periods[0].is_some() && patch.poles.iter().all(Option::is_some));
     let has_outer = closed.iter().any(|p| area(p) > 0.0);
+    let sum: i64 = turning.iter().map(|s| s.turns[0]).sum();
+    if sum == 0 && (has_outer || !turning.is_empty()) {
+        // The face ends before the poles.
+        let (low, high) = bounds(patch, raw.iter().flatten(), false);
+        made.steps = patch.steps(low, high, tolerance);
+    }
     if turning.is_empty() && has_outer {
         let (outer, holes) = closed.into_iter().partition(|p| area(p) > 0.0);
         return place(made, patch, outer, holes);
     }
     if !closes {
-        // All clockwise on a surface that closes nowhere: the senses in the file are the other way round.
+        // All clockwise on a surface that does not close by itself: the senses in the file are the other way round.
         for polygon in &mut closed {
             polygon.reverse();
         }
@@ -94,6 +109,18 @@ pub(super) fn layout(
     let outer = bands(patch, &turning, &closed, &mut made)?;
     let (more, holes): (Vec<Polygon>, Vec<Polygon>) = closed.into_iter().partition(|p| area(p) > 0.0);
     place(made, patch, outer.into_iter().chain(more).collect(), holes)
+}
+
+/// Whether a vertex is met again a period further.
+fn has_seam(patch: &Patch, polygon: &Polygon) -> bool {
+    let mut sorted: Vec<(Node, Uv)> = polygon.iter().map(|(uv, node)| (*node, *uv)).collect();
+    sorted.sort_by(|a, b| a.0.cmp(&b.0).then(a.1[0].total_cmp(&b.1[0])).then(a.1[1].total_cmp(&b.1[1])));
+    sorted.chunk_by(|a, b| a.0 == b.0).any(|same| {
+        (0..2).any(|i| {
+            let apart = same.iter().map(|(_, uv)| (uv[i] - same[0].1[i]).abs()).fold(0.0, f64::max);
+            patch.periods[i].is_some_and(|period| apart > 0.5 * period)
+        })
+    })
 }
 
 fn parameters(patch: &Patch, corners: &[Corner]) -> Vec<Uv> {
@@ -111,8 +138,8 @@ fn pole_at(patch: &Patch, p: &Point3, at_pole: f64) -> Option<usize> {
     (0..2).find(|i| patch.poles[*i].is_some_and(|(_, pole)| (p - pole).norm() <= at_pole))
 }
 
-/// Range of the parameters of a face: of its border, and of what closes the surface.
-fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>) -> (Uv, Uv) {
+/// Range of the parameters of a face: of its border, of whole periods, and `with_poles` up to what closes the surface.
+fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>, with_poles: bool) -> (Uv, Uv) {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for uv in uvs {
         for i in 0..2 {
@@ -128,13 +155,9 @@ fn bounds<'u>(patch: &Patch, uvs: impl Iterator<Item = &'u Uv>) -> (Uv, Uv) {
             (low[i], high[i]) = (0.0, 0.0);
         }
     }
-    let no_border = low[1] >= high[1];
-    for (v, _) in patch.poles.iter().flatten() {
-        // A pole belongs to every face that surrounds it; without a border, to this one.
-        if no_border || patch.poles.iter().all(Option::is_some) {
-            low[1] = low[1].min(*v);
-            high[1] = high[1].max(*v);
-        }
+    for (v, _) in patch.poles.iter().flatten().filter(|_| with_poles) {
+        low[1] = low[1].min(*v);
+        high[1] = high[1].max(*v);
     }
     (low, high)
 }
@@ -191,7 +214,13 @@ fn turn_at_pole(period: Option<f64>, end: usize, change: f64, turns_back: bool) 
 }
 
 /// A pole as a row of points, all of them the same vertex.
-fn pole_row(patch: &Patch, points: &mut Polygon, [from, to]: [f64; 2], step: f64, (end, vertex): (usize, u32)) {
+fn pole_row(
+    patch: &Patch,
+    points: &mut Polygon,
+    [from, to]: [f64; 2],
+    step: f64,
+    (end, vertex): (usize, u32),
+) {
     let Some((v, _)) = patch.poles[end] else { return };
     let n = cells(from, to, step);
     points.extend((0..=n).map(|i| ([from + (to - from) * i as f64 / n as f64, v], Node::Shared(vertex))));
@@ -231,9 +260,8 @@ fn place(
     for hole in holes {
         // A hole that does not turn is a slit.
         let Some((at, _)) = hole.first().copied() else { continue };
-        let fits = |d: &&Uv| {
-            made.polygons[..n_outer].iter().any(|p| contains(p, [at[0] + d[0], at[1] + d[1]]))
-        };
+        let fits =
+            |d: &&Uv| made.polygons[..n_outer].iter().any(|p| contains(p, [at[0] + d[0], at[1] + d[1]]));
         let found = if moves.len() == 1 { moves.first() } else { moves.iter().find(fits) };
         let Some([x, y]) = found.copied() else { return Err("a hole lies outside its border") };
         made.polygons.push(hole.into_iter().map(|([u, v], node)| ([u + x, v + y], node)).collect());
@@ -327,7 +355,8 @@ fn partners_around(rows: Vec<(i64, Polygon)>, across: f64) -> Result<Vec<(Polygo
             rise if rise > 0.0 => rise,
             _ => across,
         };
-        let nearest = (0..backward.len()).min_by(|a, b| rise(&backward[*a].1).total_cmp(&rise(&backward[*b].1)));
+        let nearest =
+            (0..backward.len()).min_by(|a, b| rise(&backward[*a].1).total_cmp(&rise(&backward[*b].1)));
         let (_, upper) = backward.swap_remove(nearest.expect("as many backward as forward"));
         let shift = height(&lower) + rise(&upper) - height(&upper);
         let upper = upper.into_iter().map(|([x, y], node)| ([x, y + shift], node)).collect();
@@ -383,26 +412,30 @@ impl Rolled<'_> {
 
     /// A row round a surface that closes both ways, and the same row one period above: where no hole is if that can be.
     fn whole(&self, across: f64, holes: &[Polygon], own: &mut Vec<Point3>) -> (Polygon, Polygon) {
-        let mut heights: Vec<f64> =
-            holes.iter().flatten().map(|(p, _)| p[1].rem_euclid(across)).collect();
+        let mut heights: Vec<f64> = holes.iter().flatten().map(|(p, _)| p[1].rem_euclid(across)).collect();
         heights.sort_by(f64::total_cmp);
         let next = heights.iter().skip(1).copied().chain(heights.first().map(|h| h + across));
         let gaps = heights.iter().zip(next).map(|(a, b)| (b - a, 0.5 * (a + b)));
         let y = gaps.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |g| g.1);
         let n = cells(0.0, self.period, self.step(0));
-        let lower: Polygon = (0..n)
-            .map(|i| [self.period * i as f64 / n as f64, y])
-            .map(|p| (p, self.own(p, own)))
-            .collect();
+        let lower: Polygon =
+            (0..n).map(|i| [self.period * i as f64 / n as f64, y]).map(|p| (p, self.own(p, own))).collect();
         let upper = lower.iter().rev().map(|([x, y], node)| ([*x, y + across], *node)).collect();
         (lower, upper)
     }
 
     /// The polygon between two rows, cut where the cut meets nothing else.
-    fn join(&self, lower: &Polygon, upper: &Polygon, holes: &[Polygon], own: &mut Vec<Point3>) -> Option<Polygon> {
+    fn join(
+        &self,
+        lower: &Polygon,
+        upper: &Polygon,
+        holes: &[Polygon],
+        own: &mut Vec<Point3>,
+    ) -> Option<Polygon> {
         let (i, j, shift) = self.cut(lower, upper, holes)?;
         let (start, end) = (lower[i].0, [upper[j].0[0] + shift, upper[j].0[1]]);
-        let n = cells(0.0, ((end[0] - start[0]) / self.step(0)).hypot((end[1] - start[1]) / self.step(1)), 1.0);
+        let n =
+            cells(0.0, ((end[0] - start[0]) / self.step(0)).hypot((end[1] - start[1]) / self.step(1)), 1.0);
         let between: Polygon = (1..n)
             .map(|k| k as f64 / n as f64)
             .map(|s| [start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s])
@@ -430,7 +463,8 @@ impl Rolled<'_> {
                 let shift = ((p[0] - q[0]) / self.period).round() * self.period;
                 ((q[0] + shift - p[0]).abs(), shift)
             };
-            let near = (0..upper.len()).map(|j| (aside(&upper[j].0), j)).min_by(|a, b| a.0.0.total_cmp(&b.0.0));
+            let near =
+                (0..upper.len()).map(|j| (aside(&upper[j].0), j)).min_by(|a, b| a.0.0.total_cmp(&b.0.0));
             let ((aside, shift), j) = near?;
             tried.push((aside, i, j, shift));
         }

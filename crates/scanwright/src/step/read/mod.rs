@@ -13,7 +13,7 @@ pub(in crate::step) mod part21;
 mod patch;
 pub(in crate::step) mod placement;
 mod shape;
-mod structure;
+pub(in crate::step) mod structure;
 mod surface;
 mod text;
 mod topology;

@@ -158,7 +158,8 @@ mod tests {
     /// A quarter of the unit circle, exactly.
     fn quarter() -> NurbsCurve {
         let w = 0.5_f64.sqrt();
-        let poles = vec![Pole::new(1.0, 0.0, 0.0, 1.0), Pole::new(w, w, 0.0, w), Pole::new(0.0, 1.0, 0.0, 1.0)];
+        let poles =
+            vec![Pole::new(1.0, 0.0, 0.0, 1.0), Pole::new(w, w, 0.0, w), Pole::new(0.0, 1.0, 0.0, 1.0)];
         NurbsCurve { knots: Knots { degree: 2, values: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0] }, poles }
     }
 

@@ -28,17 +28,40 @@ pub(super) struct Patch {
 #[derive(Debug, Clone)]
 pub(super) enum Shape {
     Plane,
-    Cylinder { radius: f64 },
+    Cylinder {
+        radius: f64,
+    },
     /// `below`: the nappe where `radius + v * slope` is negative.
-    Cone { radius: f64, slope: f64, below: bool },
-    Sphere { radius: f64 },
+    Cone {
+        radius: f64,
+        slope: f64,
+        below: bool,
+    },
+    Sphere {
+        radius: f64,
+    },
     /// `lemon`: the inner part of a spindle.
-    Torus { major: f64, minor: f64, lemon: bool },
+    Torus {
+        major: f64,
+        minor: f64,
+        lemon: bool,
+    },
     /// `curve(u) + v * direction`.
-    Extrusion { curve: Curve, direction: Vec3, starts: Vec<(f64, Point3)> },
+    Extrusion {
+        curve: Curve,
+        direction: Vec3,
+        starts: Vec<(f64, Point3)>,
+    },
     /// `curve(v)` turned by `u` about the frame's third direction.
-    Revolution { curve: Curve, starts: Vec<(f64, Point3)> },
-    Spline { surface: NurbsSurface, starts: Vec<(Point3, Uv)>, size: f64 },
+    Revolution {
+        curve: Curve,
+        starts: Vec<(f64, Point3)>,
+    },
+    Spline {
+        surface: NurbsSurface,
+        starts: Vec<(Point3, Uv)>,
+        size: f64,
+    },
 }
 
 impl Patch {
@@ -106,7 +129,8 @@ impl Patch {
         let Shape::Sphere { radius } = self.shape else { return Vec::new() };
         let Frame { origin, x, y, z } = self.frame;
         let diagonal = crate::math::UnitVec3::new_normalize(x.into_inner() + y.into_inner() + z.into_inner());
-        let across = crate::math::UnitVec3::new_normalize(x.into_inner() - y.into_inner() * 2.0 + z.into_inner());
+        let across =
+            crate::math::UnitVec3::new_normalize(x.into_inner() - y.into_inner() * 2.0 + z.into_inner());
         let frames = [x, y, diagonal, across].map(|axis| Frame::from_z(origin, axis));
         frames.map(|frame| super::surface::sphere(frame, radius)).to_vec()
     }
@@ -210,7 +234,8 @@ impl Patch {
         let n = FOLLOWED.min(near.len());
         near.select_nth_unstable_by(n - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near[..n].sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let found = near[..n].iter().map(|(_, i)| self.descend(surface, starts[*i].1, p)).map(|uv| (off(uv), uv));
+        let found =
+            near[..n].iter().map(|(_, i)| self.descend(surface, starts[*i].1, p)).map(|uv| (off(uv), uv));
         let best = found.chain(hinted).min_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or([0.0, 0.0], |(_, uv)| uv)
     }
@@ -276,7 +301,12 @@ impl Patch {
                 [arc(widest), whole[1]]
             }
             Shape::Sphere { radius } => [arc(*radius); 2],
-            Shape::Torus { major, minor, .. } => [arc(major + minor), arc(*minor)],
+            Shape::Torus { major, minor, .. } => {
+                // Round a thin tube chords must not be so long that its triangles stand across it (the lantern of
+                // H. A. Schwarz): a hundredth of the tube's radius is a tenth of the steps across.
+                let round = (8.0 * tolerance.min(0.01 * minor) / (major + minor)).sqrt().min(MOST_TURN);
+                [round, arc(*minor)]
+            }
             Shape::Extrusion { .. } => [self.measured(0, low, high, tolerance), whole[1]],
             Shape::Revolution { .. } | Shape::Spline { .. } => {
                 [0, 1].map(|i| self.measured(i, low, high, tolerance))
@@ -302,7 +332,9 @@ impl Patch {
             for j in 0..GRID {
                 let t = low[i] + h * (j as f64 + 0.5);
                 let ends = [at(t - 0.5 * h), at(t), at(t + 0.5 * h)];
-                let [Some(before), Some(normal), Some(after)] = ends.map(|uv| self.normal(uv)) else { continue };
+                let [Some(before), Some(normal), Some(after)] = ends.map(|uv| self.normal(uv)) else {
+                    continue;
+                };
                 let [a, b, c] = ends.map(|uv| self.point(uv));
                 let sagitta = ((a.coords + c.coords) * 0.5 - b.coords).dot(&normal).abs();
                 sharpest = sharpest.max(sagitta);

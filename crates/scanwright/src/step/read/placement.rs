@@ -59,10 +59,14 @@ impl Motion {
         let axis = |a: &Axis| Axis { origin: point(&a.origin), direction: unit(&a.direction) };
         match surface {
             Surface::Plane(s) => Surface::Plane(Plane { point: point(&s.point), normal: unit(&s.normal) }),
-            Surface::Cylinder(s) => Surface::Cylinder(Cylinder { axis: axis(&s.axis), radius: s.radius * scale }),
-            Surface::Cone(s) => {
-                Surface::Cone(Cone { axis: axis(&s.axis), radius: s.radius * scale, half_angle: s.half_angle })
+            Surface::Cylinder(s) => {
+                Surface::Cylinder(Cylinder { axis: axis(&s.axis), radius: s.radius * scale })
             }
+            Surface::Cone(s) => Surface::Cone(Cone {
+                axis: axis(&s.axis),
+                radius: s.radius * scale,
+                half_angle: s.half_angle,
+            }),
             Surface::Sphere(s) => {
                 Surface::Sphere(Sphere { center: point(&s.center), radius: s.radius * scale })
             }

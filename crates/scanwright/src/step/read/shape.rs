@@ -98,7 +98,8 @@ pub(super) fn mesh(exchange: &Exchange, item: u64, radians: f64) -> Result<Shape
     for chunk in faces.chunks(CHUNK) {
         let loops: Vec<_> = chunk.iter().map(|f| loops(exchange, f, &edges, &mut vertices)).collect();
         let pieces = crate::par::map_indices(chunk.len(), |i| {
-            loops[i].clone().and_then(|loops| triangles(&chunk[i], loops, &vertices.points, tolerance))
+            let loops = loops[i].as_ref().map_err(Clone::clone)?;
+            triangles(&chunk[i], loops, &vertices.points, tolerance)
         });
         for (face, piece) in chunk.iter().zip(pieces) {
             match piece {
@@ -134,11 +135,8 @@ impl ShapeMesh {
             self.mesh.triangles.push(if is_flipped { [a, c, b] } else { [a, b, c] });
             self.face_of.push(number);
         }
-        let mut read = PriorFace {
-            name: face.text.name.clone(),
-            surface: face.patch.analytic,
-            outward: true,
-        };
+        let mut read =
+            PriorFace { name: face.text.name.clone(), surface: face.patch.analytic, outward: true };
         // Which way the natural normal points, by the triangles: parametrizations differ, areas do not.
         if let Some(surface) = &read.surface {
             let along: f64 = self.mesh.triangles[first..]
@@ -239,14 +237,18 @@ impl Edge {
     /// Adds a sample where the edge passes through a pole, so that the border does not jump over it.
     fn pass_through(&mut self, pole: &Point3, tolerance: f64, vertices: &mut Vertices) {
         let Some(curve) = &self.curve else { return };
-        let known = self.vertices.iter().any(|v| (vertices.points[*v as usize] - pole).norm() <= at_pole(tolerance));
+        let known =
+            self.vertices.iter().any(|v| (vertices.points[*v as usize] - pole).norm() <= at_pole(tolerance));
         let mut t = curve.parameter(pole);
         let (first, last) = (self.at[0], self.at[self.at.len() - 1]);
         let (low, high) = (first.min(last), first.max(last));
         if let Some(period) = curve.period() {
             t = low + (t - low).rem_euclid(period);
         }
-        if known || !(low < t && t < high) || (curve.point(curve.wrapped(t)) - pole).norm() > at_pole(tolerance) {
+        if known
+            || !(low < t && t < high)
+            || (curve.point(curve.wrapped(t)) - pole).norm() > at_pole(tolerance)
+        {
             return;
         }
         let before = self.at.iter().position(|s| (*s > t) == (last > first) && *s != t);
@@ -376,9 +378,14 @@ fn loops(
                     let end = run.pop().expect("an edge has two ends");
                     if end != start {
                         let gap = (vertices.points[end as usize] - vertices.points[start as usize]).norm();
-                        let size = run.iter().map(|v| (vertices.points[*v as usize] - vertices.points[end as usize]).norm());
+                        let size = run
+                            .iter()
+                            .map(|v| (vertices.points[*v as usize] - vertices.points[end as usize]).norm());
                         if gap > size.fold(0.0, f64::max) {
-                            return Err(StepReadError::Face { id: face.id, reason: "its edges do not follow one another" });
+                            return Err(StepReadError::Face {
+                                id: face.id,
+                                reason: "its edges do not follow one another",
+                            });
                         }
                         run.push(end);
                     }
@@ -396,24 +403,24 @@ fn loops(
 
 fn triangles(
     face: &Face,
-    loops: Vec<Vec<Corner>>,
+    loops: &[Vec<Corner>],
     points: &[Point3],
     tolerance: f64,
 ) -> Result<(Layout, Vec<[Node; 3]>), StepReadError> {
     let failed = |reason| StepReadError::Face { id: face.id, reason };
-    let mut result = Err("");
-    // A sphere has no axis of its own: where one does not serve, others may.
-    for patch in std::iter::once(face.patch.clone()).chain(face.patch.turned()) {
-        let laid = layout(&patch, &loops, tolerance, at_pole(tolerance)).and_then(|mut laid| {
-            let triangles = fill(&patch, &mut laid, points, tolerance).ok_or("its numbers are too large")?;
-            if triangles.is_empty() { Err("its border encloses nothing") } else { Ok((laid, triangles)) }
-        });
-        if laid.is_ok() {
-            return laid.map_err(failed);
-        }
-        if result == Err("") || laid.is_ok() {
-            result = laid.map(|_| ());
-        }
+    let attempt = |patch: &Patch, loops: &[Vec<Corner>]| {
+        let mut laid = layout(patch, loops, tolerance, at_pole(tolerance))?;
+        let triangles = fill(patch, &mut laid, points, tolerance).ok_or("its numbers are too large")?;
+        if triangles.is_empty() { Err("its border encloses nothing") } else { Ok((laid, triangles)) }
+    };
+    let first = match attempt(&face.patch, loops) {
+        Ok(made) => return Ok(made),
+        Err(reason) => reason,
+    };
+    // A sphere has no axis of its own: where one does not serve, others may. Last, all senses the other way round.
+    if let Some(made) = face.patch.turned().iter().find_map(|patch| attempt(patch, loops).ok()) {
+        return Ok(made);
     }
-    Err(failed(result.err().unwrap_or("its border cannot be laid out")))
+    let turned: Vec<Vec<Corner>> = loops.iter().map(|l| l.iter().rev().copied().collect()).collect();
+    attempt(&face.patch, &turned).map_err(|_| failed(first))
 }

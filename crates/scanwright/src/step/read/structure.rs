@@ -8,8 +8,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::StepReadError;
 use super::part21::{Exchange, Instance};
-use super::placement::{Motion, motion};
+use super::placement::{Motion, frame, motion};
 use super::units::{self, Units};
+use crate::math::Frame;
 
 /// Most placed components: an assembly of assemblies can stand for any number.
 const MOST_VISITS: usize = 100_000;
@@ -53,8 +54,15 @@ pub(super) fn read(exchange: &Exchange) -> Result<Structure, StepReadError> {
     let mut walk = Walk::new(exchange);
     walk.relationships();
     let roots = walk.roots();
+    // A shape is held a second time by representations for checks and notes, which no product has.
+    let (of_products, others): (Vec<u64>, Vec<u64>) =
+        roots.into_iter().partition(|r| walk.space(*r).iter().any(|r| walk.names.contains_key(r)));
     let mut first = None;
-    for root in roots {
+    for root in of_products.into_iter().chain(others) {
+        walk.known = walk.structure.placed.iter().map(|p| p.item).collect();
+        if walk.space(root).iter().any(|r| walk.names.contains_key(r)) {
+            walk.known.clear();
+        }
         let units = walk.units(root);
         let file_units = *first.get_or_insert(units);
         let into_file = ratio(&units, &file_units);
@@ -65,9 +73,49 @@ pub(super) fn read(exchange: &Exchange) -> Result<Structure, StepReadError> {
     Ok(walk.structure)
 }
 
+/// A product that no assembly of the file holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::step) struct Root {
+    pub(in crate::step) definition: u64,
+    pub(in crate::step) representation: u64,
+    /// The first placement among the items of the representation.
+    pub(in crate::step) placement: Option<(u64, Frame)>,
+    /// Length of its unit.
+    pub(in crate::step) millimetres: Option<f64>,
+}
+
+/// The products of a file that are components of none.
+pub(in crate::step) fn roots(exchange: &Exchange) -> Result<Vec<Root>, StepReadError> {
+    let mut walk = Walk::new(exchange);
+    walk.relationships();
+    let mut roots = Vec::new();
+    for (definition, representations) in &walk.of_definition {
+        let is_component = |r: &u64| walk.space(*r).iter().any(|r| walk.is_child.contains(r));
+        // One of several representations of a product is enough to place it.
+        let Some(representation) = representations.first().copied().filter(|r| !is_component(r)) else {
+            continue;
+        };
+        let items = exchange.get(representation)?.fields("REPRESENTATION", 0).references(1)?;
+        let placement =
+            items.into_iter().find(|i| exchange.get(*i).is_ok_and(|e| e.is("AXIS2_PLACEMENT_3D")));
+        let placement = placement.map(|id| frame(exchange, id).map(|frame| (id, frame))).transpose()?;
+        let millimetres = walk.units(representation).millimetres;
+        roots.push(Root { definition: *definition, representation, placement, millimetres });
+    }
+    match roots.is_empty() {
+        true => Err(StepReadError::NoFaces { first: Some("no product has a shape".into()) }),
+        false => Ok(roots),
+    }
+}
+
 /// Items that are read.
-const SHAPES: &[&str] =
-    &["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP", "SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"];
+const SHAPES: &[&str] = &[
+    "MANIFOLD_SOLID_BREP",
+    "BREP_WITH_VOIDS",
+    "FACETED_BREP",
+    "SHELL_BASED_SURFACE_MODEL",
+    "FACE_BASED_SURFACE_MODEL",
+];
 
 /// Items that hold shape and are not read.
 const UNSUPPORTED: &[&str] = &[
@@ -78,7 +126,6 @@ const UNSUPPORTED: &[&str] = &[
     "CSG_SOLID",
     "BOOLEAN_RESULT",
     "GEOMETRIC_SET",
-    "GEOMETRIC_CURVE_SET",
     "TESSELLATED_SOLID",
     "TESSELLATED_SHELL",
     "TRIANGULATED_FACE",
@@ -104,6 +151,8 @@ struct Walk<'a, 'x> {
     /// Representations of assemblies by product definition.
     of_definition: BTreeMap<u64, Vec<u64>>,
     n_visits: usize,
+    /// Shapes that are not placed again.
+    known: BTreeSet<u64>,
 }
 
 impl<'a, 'x> Walk<'a, 'x> {
@@ -117,6 +166,7 @@ impl<'a, 'x> Walk<'a, 'x> {
             names: BTreeMap::new(),
             of_definition: BTreeMap::new(),
             n_visits: 0,
+            known: BTreeSet::new(),
         };
         for id in exchange.all("SHAPE_DEFINITION_REPRESENTATION") {
             // Many of these describe notes; those that do not lead to a product are none of ours.
@@ -135,6 +185,10 @@ impl<'a, 'x> Walk<'a, 'x> {
         let fields = entity.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
         let shape = self.exchange.get(fields.optional(0)?).ok()?;
         let definition = shape.fields("PROPERTY_DEFINITION", 0).optional(2)?;
+        let of_product = self.exchange.get(definition).ok()?;
+        if !of_product.leaves.iter().any(|leaf| leaf.name.starts_with("PRODUCT_DEFINITION")) {
+            return None;
+        }
         Some((definition, fields.optional(1)?))
     }
 
@@ -161,11 +215,13 @@ impl<'a, 'x> Walk<'a, 'x> {
         let mut found = BTreeMap::new();
         for id in self.exchange.all("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
             let Ok(entity) = self.exchange.get(*id) else { continue };
-            let (Some(relation), Some(shape)) = (entity.all_fields().optional(0), entity.all_fields().optional(1))
+            let (Some(relation), Some(shape)) =
+                (entity.all_fields().optional(0), entity.all_fields().optional(1))
             else {
                 continue;
             };
-            let usage = self.exchange.get(shape).ok().and_then(|s| s.fields("PROPERTY_DEFINITION", 0).optional(2));
+            let usage =
+                self.exchange.get(shape).ok().and_then(|s| s.fields("PROPERTY_DEFINITION", 0).optional(2));
             let Some(usage) = usage.and_then(|u| self.exchange.get(u).ok()) else { continue };
             let fields = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             if let Some(assembly) = fields.optional(3) {
@@ -218,9 +274,15 @@ impl<'a, 'x> Walk<'a, 'x> {
         let representation = source.reference(1)?;
         let (from, to) = (source.optional(0), fields.optional(1));
         // Views and notes are mapped from and to things that are no placements.
-        let places = |id: Option<u64>| id.is_none_or(|id| self.exchange.get(id).is_ok_and(|e| is_placement(&e)));
+        let places =
+            |id: Option<u64>| id.is_none_or(|id| self.exchange.get(id).is_ok_and(|e| is_placement(&e)));
         let holds_shape = self.exchange.get(representation).is_ok_and(|r| is_shape_representation(&r));
-        Ok((holds_shape && places(from) && places(to)).then_some(Child { representation, from, to, name: None }))
+        Ok((holds_shape && places(from) && places(to)).then_some(Child {
+            representation,
+            from,
+            to,
+            name: None,
+        }))
     }
 
     /// Representations that nothing places, one for each space, ascending; then shapes that stand alone.
@@ -264,7 +326,8 @@ impl<'a, 'x> Walk<'a, 'x> {
     }
 
     fn units(&self, representation: u64) -> Units {
-        let context = self.exchange.get(representation).and_then(|r| r.fields("REPRESENTATION", 0).reference(2));
+        let context =
+            self.exchange.get(representation).and_then(|r| r.fields("REPRESENTATION", 0).reference(2));
         context.and_then(|c| units::of_context(self.exchange, c)).unwrap_or_default()
     }
 
@@ -280,7 +343,11 @@ impl<'a, 'x> Walk<'a, 'x> {
         }
         self.n_visits += 1;
         if self.n_visits > MOST_VISITS {
-            return Err(StepReadError::TooLarge { id: representation, most: MOST_VISITS, what: "placed components" });
+            return Err(StepReadError::TooLarge {
+                id: representation,
+                most: MOST_VISITS,
+                what: "placed components",
+            });
         }
         path.push(representation);
         let space = self.space(representation);
@@ -330,6 +397,9 @@ impl<'a, 'x> Walk<'a, 'x> {
         let list = self.exchange.get(id).and_then(|rep| rep.fields("REPRESENTATION", 0).references(1));
         let mut children = Vec::new();
         for item in list.unwrap_or_default() {
+            if self.known.contains(&item) {
+                continue;
+            }
             let entity = match self.exchange.get(item) {
                 Ok(entity) => entity,
                 Err(error) => {

@@ -249,7 +249,14 @@ fn revolution(exchange: &Exchange, entity: &Instance, border: &[Point3]) -> Resu
         }
     }
     let starts = starts(&curve);
-    Ok(Patch { shape: Shape::Revolution { curve, starts }, frame, analytic: None, periods, poles, mirrored: false })
+    Ok(Patch {
+        shape: Shape::Revolution { curve, starts },
+        frame,
+        analytic: None,
+        periods,
+        poles,
+        mirrored: false,
+    })
 }
 
 /// A line turned about an axis in its plane: a plane, a cylinder or a cone. `None` for a hyperboloid.
@@ -330,7 +337,9 @@ fn spline(exchange: &Exchange, entity: &Instance) -> Result<Patch, StepReadError
             None => vec![1.0; ids.len()],
         };
         if ids.len() != n[1] || row_weights.len() != n[1] {
-            return Err(entity.wrong("has rows of different lengths", "as many poles and weights in each row"));
+            return Err(
+                entity.wrong("has rows of different lengths", "as many poles and weights in each row")
+            );
         }
         for (id, weight) in ids.iter().zip(row_weights) {
             poles.push(pole(entity, point(exchange, *id)?, weight)?);
@@ -363,7 +372,8 @@ fn spline_patch(surface: NurbsSurface) -> Patch {
     let swap = !(is_pole(&side(&surface, false)) || is_pole(&side(&surface, true)))
         && (is_pole(&side(&transposed, false)) || is_pole(&side(&transposed, true)));
     let (surface, other) = if swap { (transposed, surface) } else { (surface, transposed) };
-    let meet = |s: &NurbsSurface| side(s, false).iter().zip(side(s, true)).all(|(a, b)| (a - b).norm() <= near);
+    let meet =
+        |s: &NurbsSurface| side(s, false).iter().zip(side(s, true)).all(|(a, b)| (a - b).norm() <= near);
     let length = |(low, high): (f64, f64)| high - low;
     let mut poles = [None, None];
     for high in [false, true] {
@@ -374,10 +384,8 @@ fn spline_patch(surface: NurbsSurface) -> Patch {
         }
     }
     let v_closes = poles == [None, None] && meet(&surface);
-    let periods = [
-        meet(&other).then(|| length(surface.u.range())),
-        v_closes.then(|| length(surface.v.range())),
-    ];
+    let periods =
+        [meet(&other).then(|| length(surface.u.range())), v_closes.then(|| length(surface.v.range()))];
     let starts = spline_starts(&surface);
     let frame = Frame::from_z(Point3::origin(), Vec3::z_axis());
     let shape = Shape::Spline { surface, starts, size };

@@ -3,7 +3,8 @@
 /// The text between the quotes with its escapes undone: doubled quotes and backslashes, `\S\`, `\X\`, `\X2\`, `\X4\`.
 /// Bytes beyond ASCII are UTF-8 where they form it, Latin-1 otherwise; an escape that makes no sense stays as it is.
 pub(super) fn decode(bytes: &[u8]) -> String {
-    let raw = std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), str::to_owned);
+    let raw = std::str::from_utf8(bytes)
+        .map_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect(), str::to_owned);
     let mut out = String::with_capacity(raw.len());
     let mut rest = raw.as_str();
     while let Some(first) = rest.chars().next() {

@@ -47,7 +47,11 @@ pub(super) struct EdgeText {
 const LONGEST_CHAIN: usize = 8;
 
 /// The faces of a solid or surface model; what is wrong with single shells goes to `unread`.
-pub(super) fn faces(exchange: &Exchange, item: u64, unread: &mut Vec<String>) -> Result<Vec<FaceUse>, StepReadError> {
+pub(super) fn faces(
+    exchange: &Exchange,
+    item: u64,
+    unread: &mut Vec<String>,
+) -> Result<Vec<FaceUse>, StepReadError> {
     let shape = exchange.get(item)?;
     let shells = if shape.is("SHELL_BASED_SURFACE_MODEL") {
         shape.fields("SHELL_BASED_SURFACE_MODEL", 1).references(0)?
@@ -134,7 +138,8 @@ fn bound(exchange: &Exchange, id: u64) -> Result<Bound, StepReadError> {
         return Err(run.unsupported());
     }
     let list = if run.leaves.len() == 1 { run.fields("", 1) } else { run.fields("PATH", 0) };
-    let mut edges = list.references(0)?.into_iter().map(|id| edge_use(exchange, id)).collect::<Result<Vec<_>, _>>()?;
+    let mut edges =
+        list.references(0)?.into_iter().map(|id| edge_use(exchange, id)).collect::<Result<Vec<_>, _>>()?;
     if !forward {
         edges.reverse();
         for (_, sense) in &mut edges {

@@ -48,9 +48,10 @@ fn size(exchange: &Exchange, unit: &Instance, chain: usize) -> Result<f64, StepR
     }
     if unit.is("SI_UNIT") {
         let fields = unit.fields("SI_UNIT", 1);
-        return Ok(fields.word(0).map_or(Some(1.0), prefix).ok_or_else(|| {
-            unit.wrong("has an unknown prefix", "a prefix of the SI")
-        })?);
+        return Ok(fields
+            .word(0)
+            .map_or(Some(1.0), prefix)
+            .ok_or_else(|| unit.wrong("has an unknown prefix", "a prefix of the SI"))?);
     }
     if !unit.is("CONVERSION_BASED_UNIT") {
         return Err(unit.wrong(format!("is {}", unit.kind()), "a unit of the SI or one based on it"));
