@@ -7,10 +7,13 @@ use std::process::Output;
 
 use assert_cmd::Command;
 
+#[path = "cli/check.rs"]
+mod check;
+
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "selftest"] {
+    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "check", "align", "selftest"] {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);

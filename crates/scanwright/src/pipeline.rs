@@ -6,10 +6,12 @@
 //! for the method asked for, and a caller that said stop.
 
 mod model;
+mod placement;
 mod stages;
 mod thesis;
 mod warning;
 
+pub use placement::Placement;
 pub use thesis::run_thesis;
 pub use warning::{Code, Fallback, Warning};
 
@@ -42,6 +44,18 @@ pub struct Options {
     pub up: Option<UnitVec3>,
     /// Standard uncertainty that the sizes of every face shall have, length; not judged when `None`.
     pub target: Option<f64>,
+    /// In which coordinates the result is.
+    pub coordinates: Coordinates,
+}
+
+/// In which coordinates a result is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coordinates {
+    /// The scan's.
+    #[default]
+    Scan,
+    /// Those of the part's datums, chosen: see [`crate::datum`]. The scan's where there is none.
+    Datums,
 }
 
 impl Options {
@@ -50,7 +64,7 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Seed 1; the rest measured; fit-driven; the table looked for.
+    /// Seed 1; the rest measured; fit-driven; the table looked for; the scan's coordinates.
     fn default() -> Self {
         Self {
             seed: Self::DEFAULT_SEED,
@@ -60,6 +74,7 @@ impl Default for Options {
             support: SupportSearch::Auto,
             up: None,
             target: None,
+            coordinates: Coordinates::Scan,
         }
     }
 }
@@ -123,6 +138,8 @@ pub struct Reconstruction {
     pub model: Model,
     /// Signed distances of the part's vertices to the model; `None` without a model.
     pub deviation: Option<Deviation>,
+    /// How the result, `mesh` with it, came into the frame of its datums; `None` in the scan's coordinates.
+    pub placement: Option<Placement>,
     /// What was assumed, replaced or not found, in the order of the stages.
     pub warnings: Vec<Warning>,
 }
@@ -254,17 +271,21 @@ pub fn run_revised(
     progress: &Progress,
     revise: &mut dyn FnMut(&mut [Primitive]),
 ) -> Result<Reconstruction, Error> {
-    let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
-
-    let mut segmentation = stages::regularize(&part, &segmentation, &scan.tolerances);
-    revise(&mut segmentation.primitives);
+    let mut regions = regions(mesh, options, progress)?;
+    regions.segmentation = stages::regularize(&regions.part, &regions.segmentation, &regions.scan.tolerances);
+    revise(&mut regions.segmentation.primitives);
+    let placement = match options.coordinates {
+        Coordinates::Scan => None,
+        Coordinates::Datums => regions.enter_datums(),
+    };
     progress.report(Stage::Regularize, 1.0)?;
 
-    let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);
+    let Regions { scan, support, part, segmentation } = &regions;
+    let (model, warnings) = model::build(&part.mesh, segmentation, support.as_ref(), &scan.tolerances);
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    Ok(reconstruction(Regions { scan, support, part, segmentation }, model, deviation, warnings))
+    Ok(Reconstruction { placement, ..reconstruction(regions, model, deviation, warnings) })
 }
 
 /// What was found. `warnings`: those about the model.
@@ -289,6 +310,7 @@ fn reconstruction(
         segmentation,
         model,
         deviation,
+        placement: None,
         warnings,
     }
 }
@@ -299,6 +321,22 @@ struct Regions {
     support: Option<Support>,
     part: stages::Part,
     segmentation: Segmentation,
+}
+
+impl Regions {
+    /// Moves everything into the frame of the part's datums.
+    fn enter_datums(&mut self) -> Option<Placement> {
+        let Self { scan, support, part, segmentation } = self;
+        let placement = placement::find(&part.mesh, segmentation, support.as_ref(), &scan.tolerances)?;
+        let pose = &placement.pose;
+        scan.mesh = scan.mesh.moved(pose);
+        part.mesh = part.mesh.moved(pose);
+        *support = support.as_ref().map(|s| placement::moved_support(s, pose));
+        for primitive in &mut segmentation.primitives {
+            *primitive = primitive.moved(pose);
+        }
+        Some(placement)
+    }
 }
 
 /// A scan made ready for other programs.

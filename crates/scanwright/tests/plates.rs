@@ -2,12 +2,15 @@
 
 use scanwright::align::Part;
 use scanwright::math::{Axis, Point3, Pose, UnitVec3, Vec3};
-use scanwright::mesh::Mesh;
+use scanwright::condition;
+use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::pipeline::{self, Options};
 use scanwright::prior::{PriorFace, PriorModel};
 use scanwright::progress::Progress;
 use scanwright::random::Rng;
+use scanwright::segment::Segmentation;
 use scanwright::surface::{Cylinder, Plane, Surface};
+use scanwright::tolerance::Tolerances;
 
 use crate::scanned::{box_distance, scan, with_noise};
 
@@ -132,4 +135,18 @@ pub fn scan_of(mesh: &Mesh, noise: f64, pose: &Pose, seed: u64) -> Mesh {
 pub fn part_of(mesh: &Mesh) -> Part {
     let segmented = pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
     Part::new(&segmented)
+}
+
+/// The same without regions: where the start is known they are not needed, and take most of the time.
+pub fn bare_part(mesh: &Mesh) -> Part {
+    let adjacency = Adjacency::new(mesh);
+    let tolerances = Tolerances::new(condition::measure(mesh, &adjacency), None);
+    let segmentation = Segmentation { labels: vec![None; mesh.triangles.len()], primitives: Vec::new() };
+    Part {
+        normals: mesh.vertex_normals(),
+        scan_vertex: (0..mesh.vertices.len() as u32).collect(),
+        mesh: mesh.clone(),
+        segmentation,
+        tolerances,
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::{SupportFlag, parse_count};
 
@@ -45,6 +45,15 @@ pub struct AlignArgs {
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// `--align` of `convert`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FrameFlag {
+    /// The scan's
+    None,
+    /// The frame of the largest plane or main axis, what stands across it, and symmetry
+    Auto,
 }
 
 /// Examples of `align`.

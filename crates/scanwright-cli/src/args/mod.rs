@@ -8,7 +8,7 @@ mod align;
 mod assemble;
 mod check;
 
-pub use align::{ALIGN_EXAMPLES, AlignArgs};
+pub use align::{ALIGN_EXAMPLES, AlignArgs, FrameFlag};
 pub use assemble::AssembleArgs;
 pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
 
@@ -238,6 +238,9 @@ pub struct ConvertArgs {
     /// what is missing
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub target: Option<f64>,
+    /// The coordinates of everything that is written: the scan's, or those of the part's datums, chosen as `align` does
+    #[arg(long, value_enum, default_value_t = FrameFlag::None, conflicts_with = "pipeline")]
+    pub align: FrameFlag,
     /// Fallbacks that count as success: a list of open, freeform, facets
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,
