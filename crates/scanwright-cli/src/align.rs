@@ -104,9 +104,14 @@ fn named(args: &AlignArgs, segmented: &Segmented, level: usize, rotate: usize) -
     let datum = |flag: &str, id: usize| {
         let n = segmented.segmentation.primitives.len();
         let element = elements.iter().find(|(region, _)| region.0 as usize == id);
-        element.map(|(_, e)| Datum { surface: e.surface, outward: e.outward, center: e.center }).ok_or_else(|| {
-            Failure::Usage(format!("{flag} {id}: the scan has primitives 0 to {}, and a freeform one is no datum", n.saturating_sub(1)))
-        })
+        element.map(|(_, e)| Datum { surface: e.surface, outward: e.outward, center: e.center }).ok_or_else(
+            || {
+                Failure::Usage(format!(
+                    "{flag} {id}: the scan has primitives 0 to {}, and a freeform one is no datum",
+                    n.saturating_sub(1)
+                ))
+            },
+        )
     };
     let (z, x) = (datum("--level", level)?, datum("--rotate", rotate)?);
     let mut places = Vec::new();
@@ -117,8 +122,8 @@ fn named(args: &AlignArgs, segmented: &Segmented, level: usize, rotate: usize) -
     }
     places.extend([z, x]);
     let about = centroid(&part.mesh.vertices);
-    let found =
-        datum::frame(&[z, x], &places, &about, None).map_err(|error| Failure::Usage(format!("--level: {error}")))?;
+    let found = datum::frame(&[z, x], &places, &about, None)
+        .map_err(|error| Failure::Usage(format!("--level: {error}")))?;
     Ok(Placed::new(&found, "named", datums))
 }
 

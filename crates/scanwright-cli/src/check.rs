@@ -27,7 +27,8 @@ pub fn run(args: &CheckArgs) -> Result<Code, Failure> {
         return Err(Failure::Usage("--datums is for --align datum".into()));
     }
     if let Some(step) = args.update.as_deref().filter(|path| is_step_name(path)) {
-        let reason = format!("{}: measured values are written as JSON; no STEP file is updated", step.display());
+        let reason =
+            format!("{}: measured values are written as JSON; no STEP file is updated", step.display());
         return Err(Failure::Usage(reason));
     }
     outputs::check(&args.scan, &paths, args.force)?;
@@ -63,7 +64,15 @@ fn run_watched(args: &CheckArgs, console: &Console) -> Result<Code, Failure> {
     let asked = check::Options { tolerance: args.tolerance };
     let found = check(&target, &part, &placed.alignment, &asked);
     console.note(Stage::Build, 1.0);
-    let done = Done { args, units, segmented: &segmented, part: &part, target: &target, placed: &placed, found: &found };
+    let done = Done {
+        args,
+        units,
+        segmented: &segmented,
+        part: &part,
+        target: &target,
+        placed: &placed,
+        found: &found,
+    };
     let files = done.files();
     outputs::write(&files)?;
     console.note(Stage::Write, 1.0);

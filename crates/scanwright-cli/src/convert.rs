@@ -5,7 +5,9 @@ use std::path::Path;
 use scanwright::gprimdb::{DatabaseError, Known, take};
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
-use scanwright::pipeline::{self, Code as WarningCode, Coordinates, Fallback, Options, Reconstruction, Warning};
+use scanwright::pipeline::{
+    self, Code as WarningCode, Coordinates, Fallback, Options, Reconstruction, Warning,
+};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
 use scanwright::step::{self, Schema, StepOptions};

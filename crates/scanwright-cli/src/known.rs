@@ -14,8 +14,8 @@ use crate::scan::{self, Units};
 
 /// Reads a model, its lengths in `units`; a mesh without a unit of its own is taken to have the scan's.
 pub fn read(path: &Path, units: Units, seed: u64) -> Result<(PriorModel, Measure), Failure> {
-    let bytes = std::fs::read(path)
-        .map_err(|error| Failure::input(path, format!("cannot be read: {error}")))?;
+    let bytes =
+        std::fs::read(path).map_err(|error| Failure::input(path, format!("cannot be read: {error}")))?;
     if is_step(&bytes, path) {
         let model = step::read::read(&bytes).map_err(|error| Failure::input(path, error))?;
         return Ok((in_units(model, units), Measure::Surfaces));

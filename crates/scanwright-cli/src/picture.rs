@@ -75,8 +75,11 @@ pub fn deviations(
 pub fn of_check(part: &ScanPart, target: &Target, alignment: &Alignment, check: &Check, scale: f64) -> Image {
     let mesh = part.mesh.moved(&alignment.pose);
     let of_triangle = |triangle: &[u32; 3]| {
-        let seen: Vec<f64> =
-            triangle.iter().filter_map(|&v| check.sightings.of_vertex[v as usize]).map(|s| s.distance).collect();
+        let seen: Vec<f64> = triangle
+            .iter()
+            .filter_map(|&v| check.sightings.of_vertex[v as usize])
+            .map(|s| s.distance)
+            .collect();
         let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
         if seen.is_empty() { Color::NONE } else { of_deviation(mean / scale) }
     };

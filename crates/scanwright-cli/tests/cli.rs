@@ -13,7 +13,9 @@ mod check;
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "check", "align", "selftest"] {
+    for verb in
+        ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "check", "align", "selftest"]
+    {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);

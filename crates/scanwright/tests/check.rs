@@ -42,7 +42,14 @@ fn a_model_against_its_own_vertices_is_zero_within_rounding() {
     let (_, found, result) = checked(&model, &plate.mesh(SPACING), None);
     let rounding = 1e-9;
     assert!((found.pose.translation.norm() + found.pose.angle()) < rounding, "{:?}", found.pose);
-    let worst = result.sightings.of_vertex.iter().flatten().filter(|s| !s.at_border).map(|s| s.distance.abs()).fold(0.0, f64::max);
+    let worst = result
+        .sightings
+        .of_vertex
+        .iter()
+        .flatten()
+        .filter(|s| !s.at_border)
+        .map(|s| s.distance.abs())
+        .fold(0.0, f64::max);
     assert!(worst < rounding, "{worst}");
     assert!(result.changes.is_empty(), "{:?}", result.changes);
 }

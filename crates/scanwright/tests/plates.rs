@@ -1,8 +1,8 @@
 //! A plate with two bores and a boss, as it was designed and as it was made: the models and scans of alignment and check.
 
 use scanwright::align::Part;
-use scanwright::math::{Axis, Point3, Pose, UnitVec3, Vec3};
 use scanwright::condition;
+use scanwright::math::{Axis, Point3, Pose, UnitVec3, Vec3};
 use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::pipeline::{self, Options};
 use scanwright::prior::{PriorFace, PriorModel};
@@ -66,7 +66,11 @@ impl Plate {
             let normal = UnitVec3::new_normalize(Vec3::from(normal));
             Surface::Plane(Plane { point: Point3::from(point), normal })
         };
-        let face = |name: &str, surface, outward| PriorFace { name: name.to_owned(), surface: Some(surface), outward };
+        let face = |name: &str, surface, outward| PriorFace {
+            name: name.to_owned(),
+            surface: Some(surface),
+            outward,
+        };
         let [x, y] = HALF;
         let mut faces = vec![
             face("bore", upright(self.bore_at, self.bore), false),
@@ -133,7 +137,8 @@ pub fn scan_of(mesh: &Mesh, noise: f64, pose: &Pose, seed: u64) -> Mesh {
 
 /// The scan as alignment takes it.
 pub fn part_of(mesh: &Mesh) -> Part {
-    let segmented = pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
+    let segmented =
+        pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
     Part::new(&segmented)
 }
 

@@ -10,7 +10,12 @@ use crate::args::CheckArgs;
 use crate::exit::Failure;
 
 /// From a best fit, which says what belongs to which face, to a placement by datums.
-pub(super) fn place(args: &CheckArgs, target: &Target, part: &Part, best: &Alignment) -> Result<Placed, Failure> {
+pub(super) fn place(
+    args: &CheckArgs,
+    target: &Target,
+    part: &Part,
+    best: &Alignment,
+) -> Result<Placed, Failure> {
     let found = check(target, part, best, &check::Options::default());
     let refused = |reason: String| Failure::input(&args.scan, reason);
     let outward = |f: &Feature| target.face(f.face).outward;
@@ -36,7 +41,8 @@ pub(super) fn place(args: &CheckArgs, target: &Target, part: &Part, best: &Align
     let model_frame = datum::frame(&nominal, &nominal, &about, None).map_err(|e| refused(e.to_string()))?;
     let hint = Some(model_frame.frame.x.into_inner());
     let scan_frame = datum::frame(&measured, &measured, &about, hint).map_err(|e| refused(e.to_string()))?;
-    let corrected = Pose::into_frame(&model_frame.frame).inverse().after(&Pose::into_frame(&scan_frame.frame));
+    let corrected =
+        Pose::into_frame(&model_frame.frame).inverse().after(&Pose::into_frame(&scan_frame.frame));
     let pose = corrected.after(&best.pose);
     let faces: Vec<u32> = features.iter().map(|f| f.face).collect();
     let alignment = align::held_by(target, part, &pose, &faces, best);
@@ -54,10 +60,14 @@ fn named<'a>(
     let faces = &target.model.faces;
     let by_number = name.parse::<usize>().ok().filter(|n| (1..=faces.len()).contains(n)).map(|n| n - 1);
     let face = faces.iter().position(|f| f.name == name).or(by_number).ok_or_else(|| {
-        Failure::Usage(format!("--datums: the model has no face {name:?}; its {} faces are numbered from 1", faces.len()))
+        Failure::Usage(format!(
+            "--datums: the model has no face {name:?}; its {} faces are numbered from 1",
+            faces.len()
+        ))
     })?;
     features.iter().find(|f| f.face as usize == face).ok_or_else(|| {
-        let reason = format!("face {name:?} was not seen well enough to be a datum, or has no analytic surface");
+        let reason =
+            format!("face {name:?} was not seen well enough to be a datum, or has no analytic surface");
         Failure::input(&args.scan, reason)
     })
 }

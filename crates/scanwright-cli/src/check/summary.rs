@@ -18,7 +18,14 @@ pub(super) fn of(done: &Done) -> String {
     };
     let (found, alignment) = (done.found, &done.placed.alignment);
     let n_on = found.sightings.of_vertex.iter().flatten().count();
-    line("read", &format!("{}: {} vertices, {n_on} of them on the model", done.args.scan.display(), done.part.mesh.vertices.len()));
+    line(
+        "read",
+        &format!(
+            "{}: {} vertices, {n_on} of them on the model",
+            done.args.scan.display(),
+            done.part.mesh.vertices.len()
+        ),
+    );
     line("model", &format!("{}: {} faces", done.args.model.display(), found.faces.len()));
     for unread in done.target.model.unread.iter().take(MOST_LINES) {
         line("unread", unread);
@@ -32,10 +39,15 @@ pub(super) fn of(done: &Done) -> String {
             .alternatives
             .iter()
             .filter_map(|a| a.turn_from(&alignment.pose))
-            .map(|(angle, d)| format!("{:.1} degrees about ({:.2}, {:.2}, {:.2})", angle.to_degrees(), d.x, d.y, d.z))
+            .map(|(angle, d)| {
+                format!("{:.1} degrees about ({:.2}, {:.2}, {:.2})", angle.to_degrees(), d.x, d.y, d.z)
+            })
             .collect();
         let n = alignment.alternatives.len();
-        line("ambiguous", &format!("{n} other placements explain the scan as well: turned by {}", listed(&turns)));
+        line(
+            "ambiguous",
+            &format!("{n} other placements explain the scan as well: turned by {}", listed(&turns)),
+        );
     }
     let s = found.overall;
     line(
@@ -108,18 +120,27 @@ fn verdict_lines(done: &Done, tolerance: f64, line: &mut impl FnMut(&str, &str))
     let unit = done.units.name();
     let (mut n_lines, mut left) = (0, 0);
     let mut say = |word: &str, text: &str| {
-        if n_lines < MOST_LINES { line(word, text) } else { left += 1 }
+        if n_lines < MOST_LINES {
+            line(word, text)
+        } else {
+            left += 1
+        }
         n_lines += 1;
     };
     for wanted in [Verdict::Fail, Verdict::Undecided] {
         let of_faces = |f: &&FaceCheck| f.verdict == Some(wanted);
         for face in done.found.faces.iter().filter(of_faces) {
-            let profile = face.profile.map_or_else(String::new, |p| {
-                format!(": surface off by {:+.4} +- {:.4} {unit}", p[0], p[1])
-            });
+            let profile = face
+                .profile
+                .map_or_else(String::new, |p| format!(": surface off by {:+.4} +- {:.4} {unit}", p[0], p[1]));
             say(
                 wanted.name(),
-                &format!("{} ({}, {:.0} % seen){profile}", name(face.face), face.state(), 100.0 * face.coverage.seen),
+                &format!(
+                    "{} ({}, {:.0} % seen){profile}",
+                    name(face.face),
+                    face.state(),
+                    100.0 * face.coverage.seen
+                ),
             );
         }
         for feature in &done.found.features {

@@ -11,8 +11,21 @@ fn a_box_passes_against_its_own_solid_and_fails_against_a_shorter_one() {
     check_exit(&dir.run(&["convert", "box.ply", "-o", "box.step"]), 0, &["convert"]);
 
     let all = [
-        "check", "box.step", "box.ply", "--tolerance", "0.5", "--json", "c.json", "--ply", "c.ply", "--picture",
-        "c.png", "--csv", "c.csv", "--update", "u.json",
+        "check",
+        "box.step",
+        "box.ply",
+        "--tolerance",
+        "0.5",
+        "--json",
+        "c.json",
+        "--ply",
+        "c.ply",
+        "--picture",
+        "c.png",
+        "--csv",
+        "c.csv",
+        "--update",
+        "u.json",
     ];
     let output = dir.run(&all);
     check_exit(&output, 0, &all);
@@ -25,10 +38,15 @@ fn a_box_passes_against_its_own_solid_and_fails_against_a_shorter_one() {
     // A box whose edges differ turns into itself by half a turn about each of its three axes.
     assert_eq!(json["alignment"]["alternatives"].as_array().unwrap().len(), 3, "{}", json["alignment"]);
     let faces = json["faces"].as_array().unwrap();
-    assert!(faces.len() == 6 && faces.iter().all(|f| f["state"] == "seen" && f["seen"].as_f64().unwrap() > 0.95));
+    assert!(
+        faces.len() == 6 && faces.iter().all(|f| f["state"] == "seen" && f["seen"].as_f64().unwrap() > 0.95)
+    );
     assert_eq!(json["changes"], serde_json::json!([]));
     assert!(fs::read(dir.path("c.png")).unwrap().starts_with(b"\x89PNG"));
-    assert!(String::from_utf8_lossy(&fs::read(dir.path("c.ply")).unwrap()[..400]).contains("property float deviation"));
+    assert!(
+        String::from_utf8_lossy(&fs::read(dir.path("c.ply")).unwrap()[..400])
+            .contains("property float deviation")
+    );
     // A line per face and number: mean, position, orientation and flatness of six planes, and the head.
     assert_eq!(fs::read_to_string(dir.path("c.csv")).unwrap().lines().count(), 25);
     let update: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("u.json")).unwrap()).unwrap();
@@ -37,7 +55,8 @@ fn a_box_passes_against_its_own_solid_and_fails_against_a_shorter_one() {
     // No box keeps a thousandth of the noise for certain.
     let tight = ["check", "box.step", "box.ply", "--tolerance", "0.0001", "-q"];
     check_exit(&dir.run(&tight), 4, &tight);
-    let datum = ["check", "box.step", "box.ply", "--align", "datum", "--tolerance", "0.5", "--json", "d.json"];
+    let datum =
+        ["check", "box.step", "box.ply", "--align", "datum", "--tolerance", "0.5", "--json", "d.json"];
     check_exit(&dir.run(&datum), 0, &datum);
     let json: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("d.json")).unwrap()).unwrap();
     assert_eq!(json["alignment"]["datums"].as_array().unwrap().len(), 3);
@@ -104,7 +123,8 @@ fn align_and_convert_lay_a_box_on_its_datums_alike() {
     let planes: Vec<[f64; 4]> = result["primitives"].as_array().unwrap().iter().map(plane_of).collect();
     for (axis, half) in [(2, [0.0, 12.0]), (0, [-9.0, 9.0]), (1, [-12.0, 12.0])] {
         for (side, height) in [-1.0, 1.0].into_iter().zip(half) {
-            let found = planes.iter().any(|p| (p[axis] - side).abs() < 0.01 && (p[3] - side * height).abs() < 0.1);
+            let found =
+                planes.iter().any(|p| (p[axis] - side).abs() < 0.01 && (p[3] - side * height).abs() < 0.1);
             assert!(found, "no plane {side} of axis {axis} at {height}: {planes:?}");
         }
     }

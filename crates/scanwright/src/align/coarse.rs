@@ -69,7 +69,8 @@ pub fn guesses(source: &[Element], target: &[Element], limits: &Limits) -> Vec<P
 /// Whether fine alignment would make one of two guesses.
 fn is_near(a: &Pose, b: &Pose, reach: f64, limits: &Limits) -> bool {
     let apart = a.after(&b.inverse());
-    apart.angle() < 2.0 * limits.angle && apart.translation.norm() < 3.0 * limits.length + reach * apart.angle()
+    apart.angle() < 2.0 * limits.angle
+        && apart.translation.norm() < 3.0 * limits.length + reach * apart.angle()
 }
 
 /// Sets of up to three elements, by what they fix and how large they are; none used over and over.
@@ -189,7 +190,8 @@ fn agree(source: [&Posed; 2], target: [&Posed; 2], limits: &Limits) -> bool {
         && along.is_some_and(|along| along < std::f64::consts::FRAC_PI_2 - limits.angle)
         && source.iter().any(|p| p.locus == Locus::Line);
     let (a, b) = (relation(source[0], source[1], parallel), relation(target[0], target[1], parallel));
-    let close = |a: Option<f64>, b: Option<f64>, limit: f64| a.zip(b).is_none_or(|(a, b)| (a - b).abs() < limit);
+    let close =
+        |a: Option<f64>, b: Option<f64>, limit: f64| a.zip(b).is_none_or(|(a, b)| (a - b).abs() < limit);
     close(a.0, b.0, limits.angle) && (mixed || close(a.1, b.1, limits.length))
 }
 
@@ -197,7 +199,9 @@ fn is_alike(a: &Element, b: &Element, limits: &Limits) -> bool {
     let sizes = a.sizes().into_iter().zip(b.sizes());
     a.surface.kind() == b.surface.kind()
         && (a.outward == b.outward || a.locus() == Locus::Plane)
-        && sizes.into_iter().all(|(a, b)| (a - b).abs() <= limits.length.min(limits.size * a.max(b)).max(0.02 * a.max(b)))
+        && sizes
+            .into_iter()
+            .all(|(a, b)| (a - b).abs() <= limits.length.min(limits.size * a.max(b)).max(0.02 * a.max(b)))
 }
 
 /// Guesses by one base with the area that each explains.
@@ -209,7 +213,8 @@ fn of_base(base: &[usize], source: &[Element], target: &[Element], limits: &Limi
             let alike = target.iter().filter(|t| is_alike(&source[e], t, limits));
             alike
                 .flat_map(|t| {
-                    let signs: &[f64] = if t.oriented() || t.direction().is_none() { &[1.0] } else { &[1.0, -1.0] };
+                    let signs: &[f64] =
+                        if t.oriented() || t.direction().is_none() { &[1.0] } else { &[1.0, -1.0] };
                     signs.iter().map(|sign| Posed::new(t, *sign)).collect::<Vec<_>>()
                 })
                 .collect()
@@ -261,7 +266,9 @@ impl Basis {
         let size = elements.iter().map(|e| (e.place - elements[0].place).norm()).fold(0.0, f64::max);
         // A way much shorter than the base is wide says nothing about directions.
         let ways = pairs.filter_map(|(i, j)| elements[i].way_to(&elements[j]));
-        all.extend(ways.filter(|way| way.norm() > APART * size).filter_map(try_unit).map(UnitVec3::into_inner));
+        all.extend(
+            ways.filter(|way| way.norm() > APART * size).filter_map(try_unit).map(UnitVec3::into_inner),
+        );
         let first = *all.first()?;
         let second = all.into_iter().find(|d| d.cross(&first).norm() > APART);
         Some(Self { first, second })
@@ -316,7 +323,10 @@ fn explained(pose: &Pose, source: &[Element], target: &[Element], limits: &Limit
         });
         let off = Posed::new(b, 1.0).rows() * (pose.point(&a.place()) - b.place());
         let apart = (pose.point(&a.center) - b.center).norm();
-        turned && off.norm() < limits.length && apart < a.reach + b.reach + limits.length && is_alike(a, b, limits)
+        turned
+            && off.norm() < limits.length
+            && apart < a.reach + b.reach + limits.length
+            && is_alike(a, b, limits)
     };
     source.iter().filter(|a| target.iter().any(|b| lies_on(a, b))).map(|a| a.area).sum()
 }

@@ -121,9 +121,11 @@ pub fn of_part(part: &Part) -> Vec<(RegionId, Element)> {
             sums[*k as usize].add(&part.mesh, t);
         }
     }
-    let seen = part.segmentation.primitives.iter().zip(sums).enumerate().filter(|(_, (_, sum))| sum.area > 0.0);
-    let mut elements: Vec<(RegionId, Element)> =
-        seen.filter_map(|(k, (p, sum))| Some((RegionId(k as u32), sum.element(p.surface?, p.outward)))).collect();
+    let seen =
+        part.segmentation.primitives.iter().zip(sums).enumerate().filter(|(_, (_, sum))| sum.area > 0.0);
+    let mut elements: Vec<(RegionId, Element)> = seen
+        .filter_map(|(k, (p, sum))| Some((RegionId(k as u32), sum.element(p.surface?, p.outward))))
+        .collect();
     elements.sort_by(|a, b| b.1.area.total_cmp(&a.1.area));
     elements
 }

@@ -16,7 +16,6 @@
 
 use nalgebra::{SMatrix, SVector};
 
-
 use super::{FoundBy, Part, Target, spread};
 use crate::math::{Point3, Pose, Vec3, centroid, stats};
 use crate::par;
@@ -57,7 +56,8 @@ pub(super) struct State {
 impl Cloud {
     pub(super) fn new(part: &Part, most: usize) -> Self {
         let n = part.mesh.vertices.len();
-        let picked: Vec<usize> = if n <= most { (0..n).collect() } else { (0..most).map(|i| i * n / most).collect() };
+        let picked: Vec<usize> =
+            if n <= most { (0..n).collect() } else { (0..most).map(|i| i * n / most).collect() };
         Self {
             points: picked.iter().map(|&i| part.mesh.vertices[i]).collect(),
             normals: picked.iter().map(|&i| part.normals[i]).collect(),
@@ -124,8 +124,10 @@ pub(super) fn ranked(target: &Target, part: &Part, guesses: &[(Pose, FoundBy)]) 
     const STEPS: usize = 12;
     let (look, settle) = (Cloud::new(part, LOOK), Cloud::new(part, SETTLE));
     let wide = wide_reach(target, part);
-    let mut scored = par::map(guesses, |(pose, found_by)| {
-        Placed { pose: *pose, score: score(target, &look, pose, wide), found_by: *found_by }
+    let mut scored = par::map(guesses, |(pose, found_by)| Placed {
+        pose: *pose,
+        score: score(target, &look, pose, wide),
+        found_by: *found_by,
     });
     // A stable sort: equal guesses keep the order in which they were made.
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -29,12 +29,16 @@ pub fn drum(radius: f64, height: f64, n: u32) -> PriorModel {
         let normal = if z > 0.0 { Vec3::z_axis() } else { -Vec3::z_axis() };
         Surface::Plane(Plane { point: Point3::new(0.0, 0.0, z), normal })
     };
-    let surfaces =
-        [Surface::Cylinder(Cylinder { axis, radius }), lid(-height / 2.0), lid(height / 2.0)];
+    let surfaces = [Surface::Cylinder(Cylinder { axis, radius }), lid(-height / 2.0), lid(height / 2.0)];
     let faces = surfaces.into_iter().enumerate().map(|(k, surface)| PriorFace {
         name: format!("face {}", k + 1),
         surface: Some(surface),
         outward: true,
     });
-    PriorModel { mesh: Mesh { vertices, triangles }, face_of, faces: faces.collect(), ..PriorModel::default() }
+    PriorModel {
+        mesh: Mesh { vertices, triangles },
+        face_of,
+        faces: faces.collect(),
+        ..PriorModel::default()
+    }
 }

@@ -209,11 +209,8 @@ fn scaled7(matrix: &Mat7, radius: f64) -> Mat7 {
 
 /// Points per independent sample among contacts: see the module. `spacing`: of the scan.
 pub(super) fn correlation(contacts: &[Contact], scale: f64, spacing: f64) -> f64 {
-    let values: Vec<(u32, Point3, f64)> = contacts
-        .iter()
-        .filter(|c| c.distance.abs() < scale)
-        .map(|c| (c.face, c.foot, c.distance))
-        .collect();
+    let values: Vec<(u32, Point3, f64)> =
+        contacts.iter().filter(|c| c.distance.abs() < scale).map(|c| (c.face, c.foot, c.distance)).collect();
     vertices_per_sample(&values, spacing)
 }
 
@@ -272,8 +269,7 @@ mod tests {
         let of_white = vertices_per_sample(&values, 1.0);
         assert!((1.0..1.6).contains(&of_white), "{of_white}");
         // Blocks of 3 x 3 share a value: nine per sample.
-        let values: Vec<_> =
-            (0..n * n).map(|i| (0, at(i), white[i / n / 3 * n + i % n / 3])).collect();
+        let values: Vec<_> = (0..n * n).map(|i| (0, at(i), white[i / n / 3 * n + i % n / 3])).collect();
         let of_blocks = vertices_per_sample(&values, 1.0);
         assert!((8.0..13.0).contains(&of_blocks), "{of_blocks}");
     }

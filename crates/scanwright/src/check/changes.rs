@@ -224,7 +224,8 @@ impl Change {
     pub fn text(&self, names: &[String], unit: &str) -> String {
         let name = self.face.map_or_else(String::new, |f| names[f as usize].clone());
         let kind = self.surface.map_or("face without a type", |s| s.kind().name());
-        let spread = |unit: &str| self.uncertainty.map_or_else(String::new, |u| format!(" +- {u:.2e} {unit}"));
+        let spread =
+            |unit: &str| self.uncertainty.map_or_else(String::new, |u| format!(" +- {u:.2e} {unit}"));
         match self.kind {
             ChangeKind::Missing => format!("{name} ({kind}, {:.4} {unit}^2) is not there", self.value),
             ChangeKind::New => format!(
@@ -233,7 +234,9 @@ impl Change {
                 self.value
             ),
             ChangeKind::Moved => {
-                let way = self.shift.map_or_else(String::new, |s| format!(" by ({:.4}, {:.4}, {:.4})", s.x, s.y, s.z));
+                let way = self
+                    .shift
+                    .map_or_else(String::new, |s| format!(" by ({:.4}, {:.4}, {:.4})", s.x, s.y, s.z));
                 format!("{name} ({kind}) is off by {:+.4} {unit}{way}{}", self.value, spread(unit))
             }
             ChangeKind::Turned => {
@@ -242,7 +245,10 @@ impl Change {
             }
             ChangeKind::Resized if self.quantity == "half_angle" => {
                 let degrees = self.uncertainty.map_or(0.0, f64::to_degrees);
-                format!("{name} ({kind}) has a half angle off by {:+.3} +- {degrees:.3} degrees", self.value.to_degrees())
+                format!(
+                    "{name} ({kind}) has a half angle off by {:+.3} +- {degrees:.3} degrees",
+                    self.value.to_degrees()
+                )
             }
             ChangeKind::Resized => format!(
                 "{name} ({kind}) has a {} off by {:+.4} {unit}{}",

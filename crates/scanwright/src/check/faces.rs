@@ -124,9 +124,11 @@ fn profile(seen: &[Sighting], spacing: f64, noise: f64, alignment: &Alignment) -
     let cells: Vec<&[([i64; 3], &Sighting)]> = keyed.chunk_by(|a, b| a.0 == b.0).collect();
     let full: Vec<_> = cells.iter().filter(|c| c.len() >= LEAST).collect();
     // A small face is one cell.
-    let cells: Vec<&[_]> = if full.is_empty() { vec![&keyed[..]] } else { full.into_iter().copied().collect() };
+    let cells: Vec<&[_]> =
+        if full.is_empty() { vec![&keyed[..]] } else { full.into_iter().copied().collect() };
     let mean = |c: &&[([i64; 3], &Sighting)]| c.iter().map(|s| s.1.distance).sum::<f64>() / c.len() as f64;
-    let worst = cells.iter().filter(|c| !c.is_empty()).max_by(|a, b| mean(a).abs().total_cmp(&mean(b).abs()))?;
+    let worst =
+        cells.iter().filter(|c| !c.is_empty()).max_by(|a, b| mean(a).abs().total_cmp(&mean(b).abs()))?;
     let (place, normal) = (worst[0].1.foot, worst[0].1.normal);
     let own = noise * (alignment.vertices_per_sample / worst.len() as f64).min(1.0).sqrt();
     let uncertainty = own.hypot(alignment.uncertainty_at(&place, &normal));

@@ -79,7 +79,11 @@ pub(super) fn measure(
         let face = &target.model.faces[f];
         let seen = &by_face[f];
         let context = Context { target, part, alignment, options };
-        if seen.len() < LEAST_POINTS { None } else { context.feature(f as u32, &face.surface?, face.outward, seen) }
+        if seen.len() < LEAST_POINTS {
+            None
+        } else {
+            context.feature(f as u32, &face.surface?, face.outward, seen)
+        }
     };
     par::map_indices(by_face.len(), of_face).into_iter().flatten().collect()
 }
@@ -94,14 +98,16 @@ struct Context<'a> {
 impl Context<'_> {
     fn feature(&self, face: u32, nominal: &Surface, outward: bool, seen: &[Sighting]) -> Option<Feature> {
         // What the scanner's spot bends is undone point by point.
-        let straight = |s: &Sighting| s.point + s.normal * (self.alignment.bend * self.target.curvature(face, &s.point));
+        let straight =
+            |s: &Sighting| s.point + s.normal * (self.alignment.bend * self.target.curvature(face, &s.point));
         let all = Samples {
             points: seen.iter().map(straight).collect(),
             normals: seen.iter().map(|s| s.normal).collect(),
         };
         let thinned = all.thinned(MOST_POINTS);
         let noise = self.part.tolerances.noise().max(self.part.tolerances.rounding());
-        let (surface, inliers) = fitted(&Fit { surface: *nominal, outward }, &thinned, self.alignment.sigma.max(noise))?;
+        let (surface, inliers) =
+            fitted(&Fit { surface: *nominal, outward }, &thinned, self.alignment.sigma.max(noise))?;
         let distances: Vec<f64> = inliers.points.iter().map(|p| surface.signed_distance(p)).collect();
         let rms = (distances.iter().map(|d| d * d).sum::<f64>() / distances.len().max(1) as f64).sqrt();
         // Of all vertices of the face, so many as the fit kept of those it was given.
@@ -127,7 +133,13 @@ impl Context<'_> {
         Some(feature)
     }
 
-    fn quantities(&self, f: &Feature, samples: &Samples, covariance: &[Vec<f64>], outward: bool) -> Vec<Quantity> {
+    fn quantities(
+        &self,
+        f: &Feature,
+        samples: &Samples,
+        covariance: &[Vec<f64>],
+        outward: bool,
+    ) -> Vec<Quantity> {
         let spread = Spread::new(&f.measured, samples, covariance);
         let reach = samples.points.iter().map(|p| (p - f.center).norm()).fold(0.0, f64::max);
         let mut found = self.sizes(f, &spread, reach);
@@ -208,7 +220,8 @@ impl Context<'_> {
         };
         let placed = self.alignment.uncertainty_at(&f.center, &direction);
         // A wall seen all round is drawn in from all sides; half a wall is moved.
-        let bent = self.alignment.bend_uncertainty * f.nominal.curvature_sum(&f.center).abs() * spread.one_sided;
+        let bent =
+            self.alignment.bend_uncertainty * f.nominal.curvature_sum(&f.center).abs() * spread.one_sided;
         let uncertainty = spread.offset(&direction).hypot(placed).hypot(bent);
         Quantity {
             name: "position",
@@ -258,14 +271,17 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
     // From the model's surface, and, where the face was moved far, from all points alike.
     let near = refine(start, samples, &weights, STEPS);
     let far = least_squares(start, samples, STEPS).and_then(|fit| refine(&fit, samples, &weights, STEPS));
-    let mut best = near.into_iter().chain(far).min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
+    let mut best =
+        near.into_iter().chain(far).min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
     let mut inliers = samples.clone();
     for _ in 0..2 {
         let spread = (size(&best.surface) * stats::MAD_TO_SIGMA).max(f64::MIN_POSITIVE);
         let limit = OUTLIER * spread.max(f64::EPSILON * start_size(samples));
-        let kept = samples.points.iter().zip(&samples.normals).filter(|(p, _)| {
-            best.surface.signed_distance(p).abs() <= limit
-        });
+        let kept = samples
+            .points
+            .iter()
+            .zip(&samples.normals)
+            .filter(|(p, _)| best.surface.signed_distance(p).abs() <= limit);
         let (points, normals) = kept.map(|(p, n)| (*p, *n)).unzip();
         inliers = Samples { points, normals };
         if inliers.points.len() < LEAST_POINTS {
@@ -332,9 +348,13 @@ impl<'a> Spread<'a> {
     /// Of a sum of parameters, those that the surface does not have left out.
     fn along(&self, shares: &[(&str, f64)]) -> f64 {
         let at = |name: &str| self.names.iter().position(|n| *n == name);
-        let known: Vec<(usize, f64)> = shares.iter().filter_map(|(name, share)| Some((at(name)?, *share))).collect();
-        let sum: f64 =
-            known.iter().flat_map(|a| known.iter().map(move |b| (a, b))).map(|(a, b)| a.1 * b.1 * self.covariance[a.0][b.0]).sum();
+        let known: Vec<(usize, f64)> =
+            shares.iter().filter_map(|(name, share)| Some((at(name)?, *share))).collect();
+        let sum: f64 = known
+            .iter()
+            .flat_map(|a| known.iter().map(move |b| (a, b)))
+            .map(|(a, b)| a.1 * b.1 * self.covariance[a.0][b.0])
+            .sum();
         sum.max(0.0).sqrt()
     }
 }

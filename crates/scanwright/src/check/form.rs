@@ -131,7 +131,8 @@ fn roundness(surface: &Surface, points: &[Point3]) -> Option<f64> {
         _ => return None,
     };
     let heights: Vec<f64> = points.iter().map(|p| axis.height(p)).collect();
-    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) =
+        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let mut sections: Vec<Vec<Point3>> = vec![Vec::new(); SECTIONS];
     for (point, height) in points.iter().zip(&heights) {
         let share = (height - low) / (high - low).max(f64::MIN_POSITIVE);

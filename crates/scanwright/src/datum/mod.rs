@@ -129,7 +129,12 @@ pub fn frame(
 
 /// The frame of chosen datums. A plane is laid level with its material above it, as a part stands on a table; an axis, and
 /// a plane that faces the table's way, point `up` when that is known.
-pub fn auto_frame(candidates: &[Candidate], plan: &Plan, up: Option<UnitVec3>, about: &Point3) -> Option<Found> {
+pub fn auto_frame(
+    candidates: &[Candidate],
+    plan: &Plan,
+    up: Option<UnitVec3>,
+    about: &Point3,
+) -> Option<Found> {
     let mut level = candidates[plan.level].datum;
     let z = level.direction()?;
     let plane = matches!(level.surface, Surface::Plane(_));
@@ -161,7 +166,8 @@ fn across(directions: &[Datum], z: &UnitVec3) -> Option<UnitVec3> {
         .filter(|d| !matches!(d.surface, Surface::Plane(_)))
         .map(|d| flat(d.point().coords))
         .collect();
-    let farthest = places.iter().skip(1).map(|p| p - places[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+    let farthest =
+        places.iter().skip(1).map(|p| p - places[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
     let size = places.iter().fold(0.0, |m: f64, p| m.max(p.norm()));
     // Two axes that are one say nothing.
     (farthest.norm() > f64::EPSILON.sqrt() * size).then(|| try_unit(farthest)).flatten()
@@ -205,19 +211,27 @@ mod tests {
 
     fn bore(point: [f64; 3]) -> Datum {
         let axis = Axis { origin: Point3::from(point), direction: Vec3::z_axis() };
-        Datum { surface: Surface::Cylinder(Cylinder { axis, radius: 2.0 }), outward: false, center: axis.origin }
+        Datum {
+            surface: Surface::Cylinder(Cylinder { axis, radius: 2.0 }),
+            outward: false,
+            center: axis.origin,
+        }
     }
 
     fn near(found: &Found, origin: [f64; 3], x: Vec3, z: Vec3) {
         let frame = &found.frame;
         assert!((frame.origin - Point3::from(origin)).norm() < 1e-12, "{found:?}");
-        assert!((frame.x.into_inner() - x).norm() < 1e-12 && (frame.z.into_inner() - z).norm() < 1e-12, "{found:?}");
+        assert!(
+            (frame.x.into_inner() - x).norm() < 1e-12 && (frame.z.into_inner() - z).norm() < 1e-12,
+            "{found:?}"
+        );
     }
 
     #[test]
     fn three_planes_meet_in_the_origin_even_where_they_are_not_square() {
         let slanted = plane([5.0, 0.0, 0.0], [1.0, 0.0, 0.1]);
-        let datums = [plane([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]), slanted, plane([0.0, 7.0, 0.0], [0.0, 1.0, 0.0])];
+        let datums =
+            [plane([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]), slanted, plane([0.0, 7.0, 0.0], [0.0, 1.0, 0.0])];
         let found = frame(&datums, &datums, &Point3::new(9.0, 9.0, 9.0), None).unwrap();
         // On the slanted plane at height 3: x + 0.1 * 3 = 5.
         near(&found, [4.7, 7.0, 3.0], Vec3::x(), Vec3::z());
@@ -229,19 +243,28 @@ mod tests {
         let datums = [plane([0.0, 0.0, 4.0], [0.0, 0.0, 1.0]), bore([1.0, 2.0, 0.0]), bore([1.0, 12.0, 9.0])];
         let found = frame(&datums, &datums, &Point3::origin(), None).unwrap();
         near(&found, [1.0, 2.0, 4.0], Vec3::y(), Vec3::z());
-        let found = frame(&datums[..2], &datums[..2], &Point3::origin(), Some(Vec3::new(0.0, -2.0, 1.0))).unwrap();
+        let found =
+            frame(&datums[..2], &datums[..2], &Point3::origin(), Some(Vec3::new(0.0, -2.0, 1.0))).unwrap();
         near(&found, [1.0, 2.0, 4.0], -Vec3::y(), Vec3::z());
         assert_eq!((found.free_turn, found.free_ways), (true, 0));
         let found = frame(&datums[..1], &datums[..1], &Point3::new(5.0, 6.0, 7.0), None).unwrap();
-        assert_eq!((found.free_turn, found.free_ways, found.frame.origin), (true, 2, Point3::new(5.0, 6.0, 4.0)));
+        assert_eq!(
+            (found.free_turn, found.free_ways, found.frame.origin),
+            (true, 2, Point3::new(5.0, 6.0, 4.0))
+        );
     }
 
     #[test]
     fn a_moved_part_has_its_frame_moved_alike() {
         let step = SVector::<f64, 6>::from([0.3, -1.2, 0.8, 10.0, -20.0, 5.0]);
         let pose = Pose::of_step(&step, &Point3::origin());
-        let datums = [plane([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]), plane([5.0, 0.0, 0.0], [1.0, 0.2, 0.1]), bore([3.0, 7.0, 1.0])];
-        let moved = datums.map(|d| Datum { surface: d.surface.moved(&pose), center: pose.point(&d.center), ..d });
+        let datums = [
+            plane([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]),
+            plane([5.0, 0.0, 0.0], [1.0, 0.2, 0.1]),
+            bore([3.0, 7.0, 1.0]),
+        ];
+        let moved =
+            datums.map(|d| Datum { surface: d.surface.moved(&pose), center: pose.point(&d.center), ..d });
         let about = Point3::new(0.5, 0.6, 0.7);
         let a = frame(&datums, &datums, &about, None).unwrap().frame;
         let b = frame(&moved, &moved, &pose.point(&about), None).unwrap().frame;

@@ -65,13 +65,7 @@ fn place(candidate: &Candidate, normal: &UnitVec3) -> Option<Point3> {
 }
 
 /// Whether the mirror image of a surface is one of the surfaces.
-fn has_image(
-    of: &Candidate,
-    all: &[Candidate],
-    point: &Point3,
-    normal: &UnitVec3,
-    tolerance: f64,
-) -> bool {
+fn has_image(of: &Candidate, all: &[Candidate], point: &Point3, normal: &UnitVec3, tolerance: f64) -> bool {
     let n = normal.into_inner();
     let flipped = |v: Vec3| v - n * (2.0 * v.dot(&n));
     let image = |p: &Point3| p - n * (2.0 * (p - point).dot(&n));
@@ -120,7 +114,10 @@ mod tests {
         for [x, y] in bores {
             let axis = Axis { origin: Point3::new(*x, *y, 0.0), direction: Vec3::z_axis() };
             let surface = Surface::Cylinder(Cylinder { axis, radius: 4.0 });
-            all.push(Candidate { datum: Datum { surface, outward: false, center: axis.origin }, area: 250.0 });
+            all.push(Candidate {
+                datum: Datum { surface, outward: false, center: axis.origin },
+                area: 250.0,
+            });
         }
         all
     }

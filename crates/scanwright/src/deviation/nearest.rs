@@ -87,7 +87,8 @@ impl Nearest {
 
     /// Distance of `point` to the mesh, positive outside.
     pub fn signed_distance(&self, point: &Point3) -> f64 {
-        let found = self.find(point, f64::INFINITY, |_| true).expect("there are triangles, and all are accepted");
+        let found =
+            self.find(point, f64::INFINITY, |_| true).expect("there are triangles, and all are accepted");
         found.signed_distance(point)
     }
 

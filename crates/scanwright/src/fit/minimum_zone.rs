@@ -30,7 +30,8 @@ const RELATIVE_FALL: f64 = 1e-9;
 /// parallel surfaces that holds all points: twice that distance.
 pub fn minimum_zone(start: &Surface, points: &[Point3]) -> (Surface, f64) {
     let frame = parameter_frame(start, centroid(points));
-    let distances = |surface: &Surface| -> Vec<f64> { points.iter().map(|p| surface.signed_distance(p)).collect() };
+    let distances =
+        |surface: &Surface| -> Vec<f64> { points.iter().map(|p| surface.signed_distance(p)).collect() };
     let mut best = (*start, distances(start));
     let mut members: Vec<usize> = farthest(&best.1, FIRST);
     for _ in 0..ROUNDS {
@@ -177,7 +178,10 @@ mod tests {
     #[test]
     fn a_planted_zone_is_found_and_is_never_wider_than_least_squares() {
         let mut rng = Rng::for_task(5, "zones", 0);
-        let axis = Axis { origin: Point3::new(3.0, -2.0, 1.0), direction: UnitVec3::new_normalize(Vec3::new(0.2, 0.1, 1.0)) };
+        let axis = Axis {
+            origin: Point3::new(3.0, -2.0, 1.0),
+            direction: UnitVec3::new_normalize(Vec3::new(0.2, 0.1, 1.0)),
+        };
         let frame = parameter_frame(&Surface::Cylinder(Cylinder { axis, radius: 8.0 }), axis.origin);
         // A wall whose deviation is a wave of three lobes, 0.02 high each way: its zone is that and no less.
         let points: Vec<Point3> = (0..4000)
@@ -200,7 +204,8 @@ mod tests {
         let mut rng = Rng::for_task(6, "zones", 0);
         let center = Point3::new(1.0, 2.0, 3.0);
         let mut direction = || Vec3::new(rng.normal(), rng.normal(), rng.normal().abs()).normalize();
-        let points: Vec<Point3> = (0..500).map(|_| center + direction() * (5.0 + 0.01 * direction().x)).collect();
+        let points: Vec<Point3> =
+            (0..500).map(|_| center + direction() * (5.0 + 0.01 * direction().x)).collect();
         let start = Surface::Sphere(Sphere { center, radius: 5.0 });
         let (found, width) = minimum_zone(&start, &points);
         let frame = parameter_frame(&found, centroid(&points));

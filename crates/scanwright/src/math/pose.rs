@@ -96,7 +96,8 @@ mod tests {
         assert!((moved - Point3::new(6.0, -5.0, 5.0)).norm() < 1e-12, "the pivot only goes its way");
         let same = pose.inverse().after(&pose);
         assert!(same.angle() < 1e-7 && same.translation.norm() < 1e-12);
-        let frame = Frame::from_z(Point3::new(4.0, 5.0, 6.0), UnitVec3::new_normalize(Vec3::new(1.0, 1.0, 0.2)));
+        let frame =
+            Frame::from_z(Point3::new(4.0, 5.0, 6.0), UnitVec3::new_normalize(Vec3::new(1.0, 1.0, 0.2)));
         let point = Point3::new(-3.0, 8.0, 1.0);
         assert!((Pose::into_frame(&frame).point(&point).coords - frame.local(&point)).norm() < 1e-12);
     }

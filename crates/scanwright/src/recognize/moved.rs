@@ -12,8 +12,11 @@ impl Primitive {
     pub fn moved(&self, pose: &Pose) -> Self {
         let Some(surface) = self.surface else { return self.clone() };
         let moved = surface.moved(pose);
-        let covariance =
-            if self.covariance.is_empty() { Vec::new() } else { turned(&surface, &moved, pose, &self.covariance) };
+        let covariance = if self.covariance.is_empty() {
+            Vec::new()
+        } else {
+            turned(&surface, &moved, pose, &self.covariance)
+        };
         Self { surface: Some(moved), covariance, ..self.clone() }
     }
 }
@@ -73,8 +76,10 @@ mod tests {
 
     #[test]
     fn moving_a_primitive_and_seeing_it_moved_are_one() {
-        let axis =
-            Axis { origin: Point3::new(3.0, -2.0, 1.0), direction: UnitVec3::new_normalize(Vec3::new(1.0, 2.0, -0.5)) };
+        let axis = Axis {
+            origin: Point3::new(3.0, -2.0, 1.0),
+            direction: UnitVec3::new_normalize(Vec3::new(1.0, 2.0, -0.5)),
+        };
         let patch = Patch { u: (0.0, 1.5), v: (-0.5, 1.2) };
         let step = SVector::<f64, 6>::from([0.4, -1.3, 0.6, 10.0, 20.0, -5.0]);
         let pose = Pose::of_step(&step, &Point3::origin());
@@ -94,9 +99,8 @@ mod tests {
                 points: samples.points.iter().map(|p| pose.point(p)).collect(),
                 normals: samples.normals.iter().map(|n| pose.rotation * n).collect(),
             };
-            let primitive = |surface, samples| {
-                Primitive::with_evidence(Fit { surface, outward: true }, samples, 500)
-            };
+            let primitive =
+                |surface, samples| Primitive::with_evidence(Fit { surface, outward: true }, samples, 500);
             let moved = primitive(surface, &samples).moved(&pose);
             let seen = primitive(surface.moved(&pose), &elsewhere);
             let size = seen.covariance.iter().enumerate().map(|(i, row)| row[i]).fold(0.0, f64::max);
