@@ -121,9 +121,9 @@ fn verdict_lines(done: &Done, tolerance: f64, line: &mut impl FnMut(&str, &str))
     let (mut n_lines, mut left) = (0, 0);
     let mut say = |word: &str, text: &str| {
         if n_lines < MOST_LINES {
-            line(word, text)
+            line(word, text);
         } else {
-            left += 1
+            left += 1;
         }
         n_lines += 1;
     };

@@ -156,11 +156,10 @@ impl Alignment {
 
     /// Standard uncertainty of the turn about `direction`, radians.
     pub fn turn_uncertainty(&self, direction: &Vec3) -> f64 {
-        let c = &self.covariance;
         let mut sum = 0.0;
-        for i in 0..3 {
-            for j in 0..3 {
-                sum += direction[i] * c[i][j] * direction[j];
+        for (i, row) in self.covariance.iter().take(3).enumerate() {
+            for (j, entry) in row.iter().take(3).enumerate() {
+                sum += direction[i] * entry * direction[j];
             }
         }
         sum.max(0.0).sqrt()
@@ -208,7 +207,7 @@ pub fn align(target: &Target, part: &Part, options: &Options) -> Result<Alignmen
     }
     let freedom = spread::freedom(&settled);
     let alternatives = alternatives::find(target, part, &settled, &freedom, best.score, &placed[1..]);
-    Ok(Alignment { alternatives, ..spread::alignment(settled, freedom, best.found_by) })
+    Ok(Alignment { alternatives, ..spread::alignment(&settled, freedom, best.found_by) })
 }
 
 /// A motion of the scan that is already near: settled, with what the scan says about it.
@@ -220,13 +219,13 @@ pub fn refine(target: &Target, part: &Part, start: &Pose) -> Result<Alignment, A
     let guess = fine::Placed { pose: *start, score: 0.0, found_by: FoundBy::Start };
     let settled = fine::settle(target, part, &guess);
     let freedom = spread::freedom(&settled);
-    Ok(spread::alignment(settled, freedom, FoundBy::Start))
+    Ok(spread::alignment(&settled, freedom, FoundBy::Start))
 }
 
 /// The scan as it lies, without moving it: what it explains, and no uncertainty.
 pub fn as_placed(target: &Target, part: &Part, pose: &Pose) -> Alignment {
     let settled = fine::assess(target, part, pose);
-    Alignment { covariance: [[0.0; 6]; 6], ..spread::alignment(settled, Freedom::default(), FoundBy::Start) }
+    Alignment { covariance: [[0.0; 6]; 6], ..spread::alignment(&settled, Freedom::default(), FoundBy::Start) }
 }
 
 /// A placement that some faces hold, found elsewhere (by datums): what these faces alone say of it.
@@ -234,7 +233,7 @@ pub fn held_by(target: &Target, part: &Part, pose: &Pose, faces: &[u32], known: 
     let weights = (0..target.model.faces.len() as u32).map(|f| if faces.contains(&f) { 1.0 } else { 0.0 });
     let settled = fine::held(target, part, pose, known.bend, weights.collect());
     let freedom = spread::freedom(&settled);
-    spread::alignment(settled, freedom, known.found_by)
+    spread::alignment(&settled, freedom, known.found_by)
 }
 
 /// Guesses, roughly settled, best first.

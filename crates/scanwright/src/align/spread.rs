@@ -154,9 +154,9 @@ fn still_point(turns: &[Vec3], ways: &[Vec3], pivot: &Point3, radius: f64) -> Op
 }
 
 /// The result: pose, covariance and counts. Alternatives are left to the caller.
-pub(super) fn alignment(settled: Settled, freedom: Freedom, found_by: FoundBy) -> Alignment {
+pub(super) fn alignment(settled: &Settled, freedom: Freedom, found_by: FoundBy) -> Alignment {
     let sums = Sums::new(&settled.contacts, TUKEY * settled.sigma, |f| settled.face_weights[f as usize]);
-    let covariance = covariance(&sums, &settled);
+    let covariance = covariance(&sums, settled);
     Alignment {
         pose: settled.state.pose,
         bend: settled.state.bend,

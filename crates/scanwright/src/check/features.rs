@@ -1,7 +1,7 @@
 //! What each face measures: its own type of surface fitted to the vertices that show it, beside the model's.
 
 use super::{Form, Options, Sighting, Sightings, Verdict, decide, form};
-use crate::align::{Alignment, Part, Target};
+use crate::align::{Alignment, LEAST_COSINE, Part, Target};
 use crate::fit::{
     Fit, Samples, Weights, least_squares, parameter_covariance, parameter_frame, parameter_names, refine,
 };
@@ -205,7 +205,12 @@ impl Context<'_> {
             (Surface::Sphere(a), Surface::Sphere(b)) => b.center - a.center,
             (Surface::Torus(a), Surface::Torus(b)) => b.axis.origin - a.axis.origin,
             _ => match f.nominal.axis().zip(f.measured.axis()) {
-                Some((a, b)) => b.foot(&f.center) - a.foot(&f.center),
+                Some((a, b)) => {
+                    // Where the measured axis crosses the plane across the model's, at the middle of what was seen.
+                    let foot = a.foot(&f.center);
+                    let along = (foot - b.origin).dot(&a.direction) / b.direction.dot(&a.direction);
+                    b.origin + b.direction.into_inner() * along - foot
+                }
                 None => Vec3::zeros(),
             },
         };
@@ -271,8 +276,12 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
     // From the model's surface, and, where the face was moved far, from all points alike.
     let near = refine(start, samples, &weights, STEPS);
     let far = least_squares(start, samples, STEPS).and_then(|fit| refine(&fit, samples, &weights, STEPS));
-    let mut best =
-        near.into_iter().chain(far).min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
+    // A few vertices along an edge fit surfaces that look another way.
+    let middle = centroid(&samples.points);
+    let natural = start.surface.normal(&middle);
+    let faces_alike = |fit: &Fit| fit.surface.normal(&middle).dot(&natural) > LEAST_COSINE;
+    let found = near.into_iter().chain(far).filter(faces_alike);
+    let mut best = found.min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
     let mut inliers = samples.clone();
     for _ in 0..2 {
         let spread = (size(&best.surface) * stats::MAD_TO_SIGMA).max(f64::MIN_POSITIVE);
@@ -287,7 +296,7 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
         if inliers.points.len() < LEAST_POINTS {
             return None;
         }
-        best = least_squares(&best, &inliers, STEPS)?;
+        best = least_squares(&best, &inliers, STEPS).filter(faces_alike)?;
     }
     Some((best.surface, inliers))
 }

@@ -55,9 +55,9 @@ fn turned(from: &Surface, to: &Surface, pose: &Pose, covariance: &[Vec<f64>]) ->
     let n = parts.len();
     let entry = |i: usize, j: usize| {
         let mut sum = 0.0;
-        for k in 0..n {
-            for l in 0..n {
-                sum += share(i, k) * covariance[k][l] * share(j, l);
+        for (k, row) in covariance.iter().enumerate() {
+            for (l, value) in row.iter().enumerate() {
+                sum += share(i, k) * value * share(j, l);
             }
         }
         sum
