@@ -277,9 +277,10 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
     let near = refine(start, samples, &weights, STEPS);
     let far = least_squares(start, samples, STEPS).and_then(|fit| refine(&fit, samples, &weights, STEPS));
     // A few vertices along an edge fit surfaces that look another way.
-    let middle = centroid(&samples.points);
-    let natural = start.surface.normal(&middle);
-    let faces_alike = |fit: &Fit| fit.surface.normal(&middle).dot(&natural) > LEAST_COSINE;
+    let faces_alike = |fit: &Fit| {
+        let cosine = |p: &Point3| fit.surface.normal(p).dot(&start.surface.normal(p));
+        samples.points.iter().map(cosine).sum::<f64>() > LEAST_COSINE * samples.points.len() as f64
+    };
     let found = near.into_iter().chain(far).filter(faces_alike);
     let mut best = found.min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
     let mut inliers = samples.clone();
