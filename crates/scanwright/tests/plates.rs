@@ -20,35 +20,35 @@ pub struct Plate {
     /// Radius and place of the large bore.
     pub bore: f64,
     pub bore_at: [f64; 2],
-    /// Height of the upper face.
-    pub top: f64,
-    /// Whether there is a boss, and a second one that no model knows.
-    pub boss: bool,
+    /// Height of the boss, if there is one.
+    pub boss: Option<f64>,
+    /// Whether there is a second one that no model knows.
     pub extra: bool,
 }
 
 impl Default for Plate {
     fn default() -> Self {
-        Self { bore: 5.0, bore_at: [-15.0, 5.0], top: 10.0, boss: true, extra: false }
+        Self { bore: 5.0, bore_at: [-15.0, 5.0], boss: Some(16.0), extra: false }
     }
 }
 
 const SMALL_BORE: ([f64; 2], f64) = ([12.0, -9.0], 3.0);
-const BOSS: ([f64; 2], f64, f64) = ([12.0, 7.0], 6.0, 16.0);
+const BOSS: ([f64; 2], f64) = ([12.0, 7.0], 6.0);
 const EXTRA: ([f64; 2], f64, f64) = ([-14.0, -11.0], 5.0, 15.0);
-/// Half its length and width.
+/// Its thickness, half its length and width.
+const TOP: f64 = 10.0;
 const HALF: [f64; 2] = [30.0, 20.0];
 
 impl Plate {
     pub fn distance(&self, p: &Point3) -> f64 {
         let round = |[x, y]: [f64; 2]| (p.x - x).hypot(p.y - y);
-        let mut inside = box_distance(p, [0.0, 0.0, self.top / 2.0], [HALF[0], HALF[1], self.top / 2.0]);
+        let mut inside = box_distance(p, [0.0, 0.0, TOP / 2.0], [HALF[0], HALF[1], TOP / 2.0]);
         let mut stand = |at: [f64; 2], radius: f64, height: f64| {
             let walls = (round(at) - radius).max(p.z - height).max(-p.z);
             inside = inside.min(walls);
         };
-        if self.boss {
-            stand(BOSS.0, BOSS.1, BOSS.2);
+        if let Some(height) = self.boss {
+            stand(BOSS.0, BOSS.1, height);
         }
         if self.extra {
             stand(EXTRA.0, EXTRA.1, EXTRA.2);
@@ -76,9 +76,9 @@ impl Plate {
             face("bore", upright(self.bore_at, self.bore), false),
             face("small bore", upright(SMALL_BORE.0, SMALL_BORE.1), false),
         ];
-        if self.boss {
+        if let Some(height) = self.boss {
             faces.push(face("boss", upright(BOSS.0, BOSS.1), true));
-            faces.push(face("boss top", flat([0.0, 0.0, BOSS.2], [0.0, 0.0, 1.0]), true));
+            faces.push(face("boss top", flat([0.0, 0.0, height], [0.0, 0.0, 1.0]), true));
         }
         faces.extend([
             face("left", flat([-x, 0.0, 0.0], [-1.0, 0.0, 0.0]), true),
@@ -86,7 +86,7 @@ impl Plate {
             face("front", flat([0.0, -y, 0.0], [0.0, -1.0, 0.0]), true),
             face("back", flat([0.0, y, 0.0], [0.0, 1.0, 0.0]), true),
             face("bottom", flat([0.0, 0.0, 0.0], [0.0, 0.0, -1.0]), true),
-            face("top", flat([0.0, 0.0, self.top], [0.0, 0.0, 1.0]), true),
+            face("top", flat([0.0, 0.0, TOP], [0.0, 0.0, 1.0]), true),
         ]);
         faces
     }
