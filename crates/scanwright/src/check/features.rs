@@ -62,7 +62,7 @@ pub struct Feature {
 /// Vertices without which a face has no numbers.
 const LEAST_POINTS: usize = 30;
 /// Vertices that a fit takes.
-const MOST_POINTS: usize = 20_000;
+const MOST_POINTS: usize = 8_000;
 /// Deviations beyond which a vertex does not belong to a face.
 const OUTLIER: f64 = 4.685;
 
@@ -113,7 +113,8 @@ impl Context<'_> {
         // Of all vertices of the face, so many as the fit kept of those it was given.
         let kept = inliers.points.len() as f64 / thinned.points.len() as f64;
         let n_points = (kept * all.points.len() as f64).round();
-        let n_effective = n_points / self.alignment.vertices_per_sample;
+        // A thinned fit knows no more than the points it was given.
+        let n_effective = (n_points / self.alignment.vertices_per_sample).min(inliers.points.len() as f64);
         let sigma = rms.max(self.part.tolerances.rounding());
         let covariance = parameter_covariance(&surface, &inliers, sigma, n_effective);
         let center = centroid(&inliers.points);
@@ -273,9 +274,11 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
         let mut sizes: Vec<f64> = samples.points.iter().map(|p| s.signed_distance(p).abs()).collect();
         stats::median(&mut sizes).unwrap_or(f64::INFINITY)
     };
-    // From the model's surface, and, where the face was moved far, from all points alike.
+    // From the model's surface; where that does not lie on them, from all points alike: the face was moved far.
     let near = refine(start, samples, &weights, STEPS);
-    let far = least_squares(start, samples, STEPS).and_then(|fit| refine(&fit, samples, &weights, STEPS));
+    let lies = near.is_some_and(|fit| size(&fit.surface) < 2.0 * sigma);
+    let far = if lies { None } else { least_squares(start, samples, STEPS) };
+    let far = far.and_then(|fit| refine(&fit, samples, &weights, STEPS));
     // A few vertices along an edge fit surfaces that look another way.
     let faces_alike = |fit: &Fit| {
         let cosine = |p: &Point3| fit.surface.normal(p).dot(&start.surface.normal(p));

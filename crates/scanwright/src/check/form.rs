@@ -38,7 +38,7 @@ pub struct Form {
 /// Deviations of the points about their surface beyond which they are no part of its form.
 const OUTLIER: f64 = 6.0;
 /// Points that a minimum zone is found for.
-const MOST_POINTS: usize = 50_000;
+const MOST_POINTS: usize = 20_000;
 /// Width of the middle 99.7 % of a normal distribution, standard deviations.
 const ROBUST_WIDTH: f64 = 5.936;
 
