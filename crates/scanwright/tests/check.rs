@@ -5,7 +5,7 @@ use scanwright::check::{Change, ChangeKind, Check, Options, Verdict, check};
 use scanwright::mesh::Mesh;
 use scanwright::prior::PriorModel;
 
-use crate::plates::{Plate, part_of, random_pose, scan_of};
+use crate::plates::{BOSS, Plate, part_of, random_pose, scan_of};
 
 const SPACING: f64 = 1.0;
 const NOISE: f64 = 0.05;
@@ -57,8 +57,8 @@ fn a_model_against_its_own_vertices_is_zero_within_rounding() {
 #[test]
 fn a_wider_bore_a_lower_face_and_a_new_boss_are_found_with_their_values() {
     let model = Plate::default().model();
-    let made = Plate { bore: 5.1, boss: Some(15.95), extra: true, ..Plate::default() };
-    let scan = scan_of(&made.mesh(SPACING), NOISE, &random_pose(12), 2);
+    let made = Plate { bore: 5.1, extra: true, ..Plate::default() };
+    let scan = scan_of(&made.mesh_with_boss(SPACING, BOSS.2 - 0.05), NOISE, &random_pose(12), 2);
     let (_, _, result) = checked(&model, &scan, Some(0.03));
 
     let wider = change_of(&result, &model, "bore", ChangeKind::Resized);
@@ -76,7 +76,7 @@ fn a_wider_bore_a_lower_face_and_a_new_boss_are_found_with_their_values() {
 #[test]
 fn a_missing_boss_is_missing_and_nothing_else_is() {
     let model = Plate::default().model();
-    let made = Plate { boss: None, ..Plate::default() };
+    let made = Plate { boss: false, ..Plate::default() };
     let scan = scan_of(&made.mesh(SPACING), NOISE, &random_pose(14), 5);
     let (_, _, result) = checked(&model, &scan, Some(0.25));
     change_of(&result, &model, "boss", ChangeKind::Missing);

@@ -20,35 +20,41 @@ pub struct Plate {
     /// Radius and place of the large bore.
     pub bore: f64,
     pub bore_at: [f64; 2],
-    /// Height of the boss, if there is one.
-    pub boss: Option<f64>,
-    /// Whether there is a second one that no model knows.
+    /// Height of the upper face.
+    pub top: f64,
+    /// Whether there is a boss, and a second one that no model knows.
+    pub boss: bool,
     pub extra: bool,
 }
 
 impl Default for Plate {
     fn default() -> Self {
-        Self { bore: 5.0, bore_at: [-15.0, 5.0], boss: Some(16.0), extra: false }
+        Self { bore: 5.0, bore_at: [-15.0, 5.0], top: 10.0, boss: true, extra: false }
     }
 }
 
 const SMALL_BORE: ([f64; 2], f64) = ([12.0, -9.0], 3.0);
-const BOSS: ([f64; 2], f64) = ([12.0, 7.0], 6.0);
+/// Its place, radius and height.
+pub const BOSS: ([f64; 2], f64, f64) = ([12.0, 7.0], 6.0, 16.0);
 const EXTRA: ([f64; 2], f64, f64) = ([-14.0, -11.0], 5.0, 15.0);
-/// Its thickness, half its length and width.
-const TOP: f64 = 10.0;
+/// Half its length and width.
 const HALF: [f64; 2] = [30.0, 20.0];
 
 impl Plate {
+    /// Distance from it, negative inside.
     pub fn distance(&self, p: &Point3) -> f64 {
+        self.distance_with_boss(p, BOSS.2)
+    }
+
+    fn distance_with_boss(&self, p: &Point3, boss_height: f64) -> f64 {
         let round = |[x, y]: [f64; 2]| (p.x - x).hypot(p.y - y);
-        let mut inside = box_distance(p, [0.0, 0.0, TOP / 2.0], [HALF[0], HALF[1], TOP / 2.0]);
+        let mut inside = box_distance(p, [0.0, 0.0, self.top / 2.0], [HALF[0], HALF[1], self.top / 2.0]);
         let mut stand = |at: [f64; 2], radius: f64, height: f64| {
             let walls = (round(at) - radius).max(p.z - height).max(-p.z);
             inside = inside.min(walls);
         };
-        if let Some(height) = self.boss {
-            stand(BOSS.0, BOSS.1, height);
+        if self.boss {
+            stand(BOSS.0, BOSS.1, boss_height);
         }
         if self.extra {
             stand(EXTRA.0, EXTRA.1, EXTRA.2);
@@ -76,9 +82,9 @@ impl Plate {
             face("bore", upright(self.bore_at, self.bore), false),
             face("small bore", upright(SMALL_BORE.0, SMALL_BORE.1), false),
         ];
-        if let Some(height) = self.boss {
+        if self.boss {
             faces.push(face("boss", upright(BOSS.0, BOSS.1), true));
-            faces.push(face("boss top", flat([0.0, 0.0, height], [0.0, 0.0, 1.0]), true));
+            faces.push(face("boss top", flat([0.0, 0.0, BOSS.2], [0.0, 0.0, 1.0]), true));
         }
         faces.extend([
             face("left", flat([-x, 0.0, 0.0], [-1.0, 0.0, 0.0]), true),
@@ -86,7 +92,7 @@ impl Plate {
             face("front", flat([0.0, -y, 0.0], [0.0, -1.0, 0.0]), true),
             face("back", flat([0.0, y, 0.0], [0.0, 1.0, 0.0]), true),
             face("bottom", flat([0.0, 0.0, 0.0], [0.0, 0.0, -1.0]), true),
-            face("top", flat([0.0, 0.0, TOP], [0.0, 0.0, 1.0]), true),
+            face("top", flat([0.0, 0.0, self.top], [0.0, 0.0, 1.0]), true),
         ]);
         faces
     }
@@ -97,8 +103,13 @@ impl Plate {
 
     /// A mesh whose vertices lie on it, edges cut by a vertex spacing.
     pub fn mesh(&self, spacing: f64) -> Mesh {
+        self.mesh_with_boss(spacing, BOSS.2)
+    }
+
+    /// The same with another height of the boss.
+    pub fn mesh_with_boss(&self, spacing: f64, boss_height: f64) -> Mesh {
         let (lo, hi) = Self::bounds();
-        scan(|p| self.distance(p), lo, hi, spacing)
+        scan(|p| self.distance_with_boss(p, boss_height), lo, hi, spacing)
     }
 
     /// As a design program would give it.
