@@ -6,12 +6,14 @@ use scanwright::document::{self, Input, Part, Scene};
 use scanwright::gprimdb::{DatabaseError, Known, take};
 use scanwright::io::{self, ScanFile};
 use scanwright::math::{UnitVec3, Vec3};
-use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, Warning};
+use scanwright::pipeline::{
+    self, Code as WarningCode, Coordinates, Fallback, Options, Reconstruction, Warning,
+};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
 use scanwright::step::{self, Schema, StepOptions};
 
-use crate::args::{ConvertArgs, FallbackFlag, KnownFlag, PipelineFlag, SchemaFlag};
+use crate::args::{ConvertArgs, FallbackFlag, FrameFlag, KnownFlag, PipelineFlag, SchemaFlag};
 use crate::console::{self, Console};
 use crate::exit::{Code, Failure};
 use crate::scan::{self, UnitSource, Units};
@@ -125,7 +127,9 @@ fn results<'a>(
     }
     if let Some(path) = &args.segments {
         let ids = report::segment_ids(&result.labels_of_scan(n_triangles));
-        files.push((path, io::write_ply(&file.mesh, Some(("primitive", &ids)), None)));
+        let moved = result.placement.as_ref().map(|placement| file.mesh.moved(&placement.pose));
+        let mesh = moved.as_ref().unwrap_or(&file.mesh);
+        files.push((path, io::write_ply(mesh, Some(("primitive", &ids)), None)));
     }
     if let Some(path) = &args.picture {
         files.push((path, picture::of_reconstruction(result).to_png()));
@@ -168,6 +172,10 @@ fn options(args: &ConvertArgs, units: Units) -> Result<Options, Failure> {
         min_face: args.min_face,
         support: args.support.into(),
         target: args.target,
+        coordinates: match args.align {
+            FrameFlag::None => Coordinates::Scan,
+            FrameFlag::Auto => Coordinates::Datums,
+        },
         up: args.up.map(|[x, y, z]| UnitVec3::new_normalize(Vec3::new(x, y, z))),
         relations: relations::read(&args.relations)?,
         manufacture: relations::manufacture(args.manufacture, units),

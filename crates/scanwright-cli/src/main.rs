@@ -3,8 +3,10 @@
 //! No geometry lives here. A verb returns an [`exit::Code`] or an [`exit::Failure`]; this file turns either into the
 //! process's exit code, and a panic into a sentence that asks for a report.
 
+mod align;
 mod args;
 mod assemble;
+mod check;
 mod classify;
 mod clean;
 mod console;
@@ -13,6 +15,7 @@ mod dimensions;
 mod exit;
 mod gprimdb;
 mod info;
+mod known;
 mod outputs;
 mod picture;
 mod relations;
@@ -45,6 +48,8 @@ fn main() -> ExitCode {
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
         Verb::Report(args) => report::run(args),
+        Verb::Check(args) => check::run(args),
+        Verb::Align(args) => align::run(args),
         Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use scanwright::gprimdb::Known;
 use scanwright::io::ScanFile;
-use scanwright::pipeline::{Code, Options, Reconstruction};
+use scanwright::pipeline::{Code, Options, Placement, Reconstruction};
 use scanwright::recognize::Missing;
 use scanwright::report;
 use scanwright::surface::SurfaceKind;
@@ -36,6 +36,9 @@ pub fn of_run(
     if let Some(support) = &result.support {
         let n = support.on_table.iter().filter(|on| **on).count();
         lines.add("support", &format!("a table of {} triangles was taken away", count(n)));
+    }
+    if let Some(placement) = &result.placement {
+        lines.add("datums", &placement_line(placement));
     }
     lines.add("regions", &regions_line(result));
     if let Some(text) = dimensions::relations_line(result) {
@@ -97,6 +100,20 @@ fn target_lines(result: &Reconstruction, target: f64, unit: &str) -> Vec<String>
         lines.push(format!("and {} more, see the JSON", weak.len() - MOST_LINES));
     }
     lines
+}
+
+fn placement_line(placement: &Placement) -> String {
+    let mut text = format!("level: primitive {}", placement.level.0);
+    if let Some(rotate) = placement.rotate {
+        let _ = write!(text, ", rotate: primitive {}", rotate.0);
+    }
+    let zero: Vec<String> = placement.zero.iter().map(|r| r.0.to_string()).collect();
+    let _ =
+        write!(text, ", zero: {} planes of symmetry, then primitives {}", placement.mirrors, zero.join(" "));
+    if placement.free_turn {
+        text += "; nothing stops the turn about z";
+    }
+    text
 }
 
 fn known_line(known: &Known) -> String {

@@ -10,11 +10,17 @@ use std::process::Output;
 
 use assert_cmd::Command;
 
+#[path = "cli/check.rs"]
+mod check;
+
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "report", "selftest"]
-    {
+    let verbs = [
+        "convert", "info", "segment", "gprimdb", "classify", "train", "render", "report", "check", "align",
+        "assemble", "selftest",
+    ];
+    for verb in verbs {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);

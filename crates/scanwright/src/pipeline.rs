@@ -6,10 +6,12 @@
 //! for the method asked for, and a caller that said stop.
 
 mod model;
+mod placement;
 mod stages;
 mod thesis;
 mod warning;
 
+pub use placement::Placement;
 pub use thesis::run_thesis;
 pub use warning::{Code, Fallback, Warning};
 
@@ -55,6 +57,18 @@ pub struct Options {
     pub millimetres: f64,
     /// Whether round values replace measured ones.
     pub snap: bool,
+    /// In which coordinates the result is.
+    pub coordinates: Coordinates,
+}
+
+/// In which coordinates a result is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coordinates {
+    /// The scan's.
+    #[default]
+    Scan,
+    /// Those of the part's datums, chosen: see [`crate::datum`]. The scan's where there is none.
+    Datums,
 }
 
 impl Options {
@@ -63,7 +77,7 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Seed 1; the rest measured; fit-driven; the table and relations looked for.
+    /// Seed 1; the rest measured; fit-driven; the table and relations looked for; the scan's coordinates.
     fn default() -> Self {
         Self {
             seed: Self::DEFAULT_SEED,
@@ -78,6 +92,7 @@ impl Default for Options {
             systematic: Systematic::default(),
             millimetres: 1.0,
             snap: false,
+            coordinates: Coordinates::Scan,
         }
     }
 }
@@ -147,6 +162,8 @@ pub struct Reconstruction {
     pub model: Model,
     /// Signed distances of the part's vertices to the model; `None` without a model.
     pub deviation: Option<Deviation>,
+    /// How the result, `mesh` with it, came into the frame of its datums; `None` in the scan's coordinates.
+    pub placement: Option<Placement>,
     /// What was assumed, replaced or not found, in the order of the stages.
     pub warnings: Vec<Warning>,
 }
@@ -278,22 +295,26 @@ pub fn run_revised(
     progress: &Progress,
     revise: &mut dyn FnMut(&mut [Primitive]),
 ) -> Result<Reconstruction, Error> {
-    let Regions { scan, support, part, segmentation } = regions(mesh, options, progress)?;
-
-    let stated = stages::stated(&part, &segmentation, &scan.tolerances);
-    let Regularized { mut segmentation, relations } =
-        stages::regularize(&part, &stated, &scan.tolerances, options);
-    revise(&mut segmentation.primitives);
-    let dimensions = stages::dimensions(&part, &stated, &mut segmentation, options);
+    let mut regions = regions(mesh, options, progress)?;
+    let stated = stages::stated(&regions.part, &regions.segmentation, &regions.scan.tolerances);
+    let Regularized { segmentation, relations } =
+        stages::regularize(&regions.part, &stated, &regions.scan.tolerances, options);
+    regions.segmentation = segmentation;
+    revise(&mut regions.segmentation.primitives);
+    let dimensions = stages::dimensions(&regions.part, &stated, &mut regions.segmentation, options);
+    let placement = match options.coordinates {
+        Coordinates::Scan => None,
+        Coordinates::Datums => regions.enter_datums(),
+    };
     progress.report(Stage::Regularize, 1.0)?;
 
-    let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);
+    let Regions { scan, support, part, segmentation } = &regions;
+    let (model, warnings) = model::build(&part.mesh, segmentation, support.as_ref(), &scan.tolerances);
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
-    let regions = Regions { scan, support, part, segmentation };
     let result = reconstruction(regions, stated.noise, model, deviation, warnings);
-    Ok(Reconstruction { relations, dimensions, ..result })
+    Ok(Reconstruction { relations, dimensions, placement, ..result })
 }
 
 /// What was found. `warnings`: those about the model.
@@ -322,6 +343,7 @@ fn reconstruction(
         dimensions: Vec::new(),
         model,
         deviation,
+        placement: None,
         warnings,
     }
 }
@@ -332,6 +354,22 @@ struct Regions {
     support: Option<Support>,
     part: stages::Part,
     segmentation: Segmentation,
+}
+
+impl Regions {
+    /// Moves everything into the frame of the part's datums.
+    fn enter_datums(&mut self) -> Option<Placement> {
+        let Self { scan, support, part, segmentation } = self;
+        let placement = placement::find(&part.mesh, segmentation, support.as_ref(), &scan.tolerances)?;
+        let pose = &placement.pose;
+        scan.mesh = scan.mesh.moved(pose);
+        part.mesh = part.mesh.moved(pose);
+        *support = support.as_ref().map(|s| placement::moved_support(s, pose));
+        for primitive in &mut segmentation.primitives {
+            *primitive = primitive.moved(pose);
+        }
+        Some(placement)
+    }
 }
 
 /// A scan made ready for other programs.

@@ -13,7 +13,7 @@ const RANKS: &[&[&str]] = &[
     &["recognize"],
     &["segment", "gprimdb"],
     &["uncertainty"],
-    &["regularize"],
+    &["regularize", "datum"],
     &["brep", "dimension"],
     &["step", "deviation", "render"],
     &["pipeline"],

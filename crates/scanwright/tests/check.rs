@@ -2,13 +2,12 @@
 
 use scanwright::align::{self, Alignment, Measure, Part, Target, align, border_width};
 use scanwright::check::{Change, ChangeKind, Check, Options, Verdict, check};
-use scanwright::math::Pose;
 use scanwright::mesh::Mesh;
 use scanwright::prior::PriorModel;
 
-use crate::plates::{Plate, part_of, random_pose, scan_of};
+use crate::plates::{BOSS, Plate, part_of, random_pose, scan_of};
 
-const SPACING: f64 = 0.8;
+const SPACING: f64 = 1.0;
 const NOISE: f64 = 0.05;
 
 /// A scan laid on a model and held against it.
@@ -17,39 +16,6 @@ fn checked(model: &PriorModel, scan: &Mesh, tolerance: Option<f64>) -> (Part, Al
     let target = Target::new(model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
     let found = align(&target, &part, &align::Options::default()).unwrap();
     let result = check(&target, &part, &found, &Options { tolerance });
-    for face in &result.faces {
-        println!(
-            "{:12} {:9} seen {:.3} absent {:.3} {:?}",
-            model.faces[face.face as usize].name,
-            face.state(),
-            face.coverage.seen,
-            face.coverage.absent,
-            face.spread.map(|s| (s.n_points, s.mean, s.rms))
-        );
-    }
-    for feature in &result.features {
-        for q in &feature.quantities {
-            println!(
-                "{:12} {:12} {:.5} of {:.5} +- {:.5} z {:.2} {:?}",
-                model.faces[feature.face as usize].name,
-                q.name,
-                q.measured,
-                q.nominal,
-                q.uncertainty,
-                q.z(),
-                q.verdict
-            );
-        }
-        println!("   form {:?}", feature.form);
-    }
-    let names: Vec<String> = model.faces.iter().map(|f| f.name.clone()).collect();
-    for change in &result.changes {
-        println!("change: {}", change.text(&names, "mm"));
-    }
-    println!(
-        "vps {:.2} sigma {:.4} bend {:.4} +- {:.4}",
-        found.vertices_per_sample, found.sigma, found.bend, found.bend_uncertainty
-    );
     (part, found, result)
 }
 
@@ -63,7 +29,8 @@ fn change_of<'a>(result: &'a Check, model: &PriorModel, name: &str, kind: Change
 fn a_part_that_is_as_designed_has_no_changes_and_passes() {
     let model = Plate::default().model();
     let scan = scan_of(&Plate::default().mesh(SPACING), NOISE, &random_pose(11), 1);
-    let (_, _, result) = checked(&model, &scan, Some(0.1));
+    // Two and a half times what the boss's direction is known to over its height, guard band included.
+    let (_, _, result) = checked(&model, &scan, Some(0.25));
     assert!(result.changes.is_empty(), "{:?}", result.changes);
     assert_eq!(result.verdict, Some(Verdict::Pass));
 }
@@ -85,27 +52,36 @@ fn a_model_against_its_own_vertices_is_zero_within_rounding() {
         .fold(0.0, f64::max);
     assert!(worst < rounding, "{worst}");
     assert!(result.changes.is_empty(), "{:?}", result.changes);
-    let _ = Pose::identity();
 }
 
 #[test]
-fn a_wider_bore_a_lower_face_and_a_missing_boss_are_found_with_their_values() {
+fn a_wider_bore_a_lower_face_and_a_new_boss_are_found_with_their_values() {
     let model = Plate::default().model();
-    let made = Plate { bore: 5.1, top: 9.95, boss: false, extra: true, ..Plate::default() };
-    let scan = scan_of(&made.mesh(SPACING), NOISE, &random_pose(12), 2);
+    let made = Plate { bore: 5.1, extra: true, ..Plate::default() };
+    let scan = scan_of(&made.mesh_with_boss(SPACING, BOSS.2 - 0.05), NOISE, &random_pose(12), 2);
     let (_, _, result) = checked(&model, &scan, Some(0.03));
 
     let wider = change_of(&result, &model, "bore", ChangeKind::Resized);
     let u = wider.uncertainty.unwrap();
-    assert!((wider.value - 0.1).abs() < 3.0 * u && u < 0.03, "{wider:?}");
-    let lower = change_of(&result, &model, "top", ChangeKind::Moved);
+    assert!((wider.value - 0.1).abs() < 3.5 * u && u < 0.02, "{wider:?}");
+    let lower = change_of(&result, &model, "boss top", ChangeKind::Moved);
     let u = lower.uncertainty.unwrap();
-    assert!((lower.value + 0.05).abs() < 3.0 * u && u < 0.02, "{lower:?}");
-    change_of(&result, &model, "boss", ChangeKind::Missing);
-    change_of(&result, &model, "boss top", ChangeKind::Missing);
+    assert!((lower.value + 0.05).abs() < 3.5 * u && u < 0.0125, "{lower:?}");
     let new = result.changes.iter().filter(|c| c.kind == ChangeKind::New).count();
     assert_eq!(new, 2, "wall and top of the boss that no model knows: {:?}", result.changes);
-    assert_eq!(result.changes.len(), 6, "{:?}", result.changes);
+    assert_eq!(result.changes.len(), 4, "{:?}", result.changes);
+    assert_eq!(result.verdict, Some(Verdict::Fail));
+}
+
+#[test]
+fn a_missing_boss_is_missing_and_nothing_else_is() {
+    let model = Plate::default().model();
+    let made = Plate { boss: false, ..Plate::default() };
+    let scan = scan_of(&made.mesh(SPACING), NOISE, &random_pose(14), 5);
+    let (_, _, result) = checked(&model, &scan, Some(0.25));
+    change_of(&result, &model, "boss", ChangeKind::Missing);
+    change_of(&result, &model, "boss top", ChangeKind::Missing);
+    assert_eq!(result.changes.len(), 2, "{:?}", result.changes);
     assert_eq!(result.verdict, Some(Verdict::Fail));
 }
 

@@ -1,13 +1,16 @@
 //! A plate with two bores and a boss, as it was designed and as it was made: the models and scans of alignment and check.
 
 use scanwright::align::Part;
+use scanwright::condition;
 use scanwright::math::{Axis, Point3, Pose, UnitVec3, Vec3};
-use scanwright::mesh::Mesh;
+use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::pipeline::{self, Options};
 use scanwright::prior::{PriorFace, PriorModel};
 use scanwright::progress::Progress;
 use scanwright::random::Rng;
+use scanwright::segment::Segmentation;
 use scanwright::surface::{Cylinder, Plane, Surface};
+use scanwright::tolerance::Tolerances;
 
 use crate::scanned::{box_distance, scan, with_noise};
 
@@ -31,13 +34,19 @@ impl Default for Plate {
 }
 
 const SMALL_BORE: ([f64; 2], f64) = ([12.0, -9.0], 3.0);
-const BOSS: ([f64; 2], f64, f64) = ([12.0, 7.0], 6.0, 16.0);
+/// Its place, radius and height.
+pub const BOSS: ([f64; 2], f64, f64) = ([12.0, 7.0], 6.0, 16.0);
 const EXTRA: ([f64; 2], f64, f64) = ([-14.0, -11.0], 5.0, 15.0);
 /// Half its length and width.
 const HALF: [f64; 2] = [30.0, 20.0];
 
 impl Plate {
+    /// Distance from it, negative inside.
     pub fn distance(&self, p: &Point3) -> f64 {
+        self.distance_with_boss(p, BOSS.2)
+    }
+
+    fn distance_with_boss(&self, p: &Point3, boss_height: f64) -> f64 {
         let round = |[x, y]: [f64; 2]| (p.x - x).hypot(p.y - y);
         let mut inside = box_distance(p, [0.0, 0.0, self.top / 2.0], [HALF[0], HALF[1], self.top / 2.0]);
         let mut stand = |at: [f64; 2], radius: f64, height: f64| {
@@ -45,7 +54,7 @@ impl Plate {
             inside = inside.min(walls);
         };
         if self.boss {
-            stand(BOSS.0, BOSS.1, BOSS.2);
+            stand(BOSS.0, BOSS.1, boss_height);
         }
         if self.extra {
             stand(EXTRA.0, EXTRA.1, EXTRA.2);
@@ -94,8 +103,13 @@ impl Plate {
 
     /// A mesh whose vertices lie on it, edges cut by a vertex spacing.
     pub fn mesh(&self, spacing: f64) -> Mesh {
+        self.mesh_with_boss(spacing, BOSS.2)
+    }
+
+    /// The same with another height of the boss.
+    pub fn mesh_with_boss(&self, spacing: f64, boss_height: f64) -> Mesh {
         let (lo, hi) = Self::bounds();
-        scan(|p| self.distance(p), lo, hi, spacing)
+        scan(|p| self.distance_with_boss(p, boss_height), lo, hi, spacing)
     }
 
     /// As a design program would give it.
@@ -137,4 +151,18 @@ pub fn part_of(mesh: &Mesh) -> Part {
     let segmented =
         pipeline::segment(mesh, &Options::default(), &Progress::none()).expect("a mesh with area");
     Part::new(&segmented)
+}
+
+/// The same without regions: where the start is known they are not needed, and take most of the time.
+pub fn bare_part(mesh: &Mesh) -> Part {
+    let adjacency = Adjacency::new(mesh);
+    let tolerances = Tolerances::new(condition::measure(mesh, &adjacency), None);
+    let segmentation = Segmentation { labels: vec![None; mesh.triangles.len()], primitives: Vec::new() };
+    Part {
+        normals: mesh.vertex_normals(),
+        scan_vertex: (0..mesh.vertices.len() as u32).collect(),
+        mesh: mesh.clone(),
+        segmentation,
+        tolerances,
+    }
 }

@@ -1,15 +1,18 @@
 //! The command line as the user types it.
 
-mod assemble;
-mod report;
-
-pub use report::ReportArgs;
-
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod align;
+mod assemble;
+mod check;
+mod report;
+
+pub use align::{ALIGN_EXAMPLES, AlignArgs, FrameFlag};
 pub use assemble::AssembleArgs;
+pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
+pub use report::ReportArgs;
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -50,6 +53,12 @@ pub enum Verb {
     /// Write the result as a document for people: HTML with pictures, Markdown or CSV.
     #[command(after_long_help = report::EXAMPLES)]
     Report(ReportArgs),
+    /// Hold a scan against the model it should be: deviations, sizes, places, form, changes, with uncertainties.
+    #[command(after_long_help = CHECK_EXAMPLES)]
+    Check(Box<CheckArgs>),
+    /// Move a scan into the frame of its datums: level, rotate, zero.
+    #[command(after_long_help = ALIGN_EXAMPLES)]
+    Align(AlignArgs),
     /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
     #[command(after_long_help = assemble::EXAMPLES)]
     Assemble(AssembleArgs),
@@ -252,6 +261,9 @@ pub struct ConvertArgs {
     /// Put the round values that measured ones may mean into the model; by default they are offered only
     #[arg(long)]
     pub snap: bool,
+    /// The coordinates of everything that is written: the scan's, or those of the part's datums, chosen as `align` does
+    #[arg(long, value_enum, default_value_t = FrameFlag::None, conflicts_with = "pipeline")]
+    pub align: FrameFlag,
     /// Fallbacks that count as success: a list of open, freeform, facets
     #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strict")]
     pub allow: Vec<FallbackFlag>,

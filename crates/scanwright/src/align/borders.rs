@@ -54,8 +54,8 @@ impl Borders {
 
     /// Whether `place`, on a triangle, is near a sharp edge of the triangle's face.
     pub fn near(&self, triangle: TriId, place: &Point3) -> bool {
-        let edges = self.near.row(triangle as usize).iter();
-        edges.into_iter().any(|&e| distance_sq(&self.edges[e as usize], place) < self.width * self.width)
+        let mut edges = self.near.row(triangle as usize).iter();
+        edges.any(|&e| distance_sq(&self.edges[e as usize], place) < self.width * self.width)
     }
 }
 

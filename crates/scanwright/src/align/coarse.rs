@@ -196,12 +196,10 @@ fn agree(source: [&Posed; 2], target: [&Posed; 2], limits: &Limits) -> bool {
 }
 
 fn is_alike(a: &Element, b: &Element, limits: &Limits) -> bool {
-    let sizes = a.sizes().into_iter().zip(b.sizes());
+    let mut sizes = a.sizes().into_iter().zip(b.sizes());
     a.surface.kind() == b.surface.kind()
         && (a.outward == b.outward || a.locus() == Locus::Plane)
-        && sizes
-            .into_iter()
-            .all(|(a, b)| (a - b).abs() <= limits.length.min(limits.size * a.max(b)).max(0.02 * a.max(b)))
+        && sizes.all(|(a, b)| (a - b).abs() <= limits.length.min(limits.size * a.max(b)).max(0.02 * a.max(b)))
 }
 
 /// Guesses by one base with the area that each explains.

@@ -154,9 +154,9 @@ fn still_point(turns: &[Vec3], ways: &[Vec3], pivot: &Point3, radius: f64) -> Op
 }
 
 /// The result: pose, covariance and counts. Alternatives are left to the caller.
-pub(super) fn alignment(settled: Settled, freedom: Freedom, found_by: FoundBy) -> Alignment {
+pub(super) fn alignment(settled: &Settled, freedom: Freedom, found_by: FoundBy) -> Alignment {
     let sums = Sums::new(&settled.contacts, TUKEY * settled.sigma, |f| settled.face_weights[f as usize]);
-    let covariance = covariance(&sums, &settled);
+    let covariance = covariance(&sums, settled);
     Alignment {
         pose: settled.state.pose,
         bend: settled.state.bend,
@@ -210,7 +210,7 @@ fn scaled7(matrix: &Mat7, radius: f64) -> Mat7 {
 /// Points per independent sample among contacts: see the module. `spacing`: of the scan.
 pub(super) fn correlation(contacts: &[Contact], scale: f64, spacing: f64) -> f64 {
     let values: Vec<(u32, Point3, f64)> =
-        contacts.iter().filter(|c| c.distance.abs() < scale).map(|c| (c.face, c.point, c.distance)).collect();
+        contacts.iter().filter(|c| c.distance.abs() < scale).map(|c| (c.face, c.foot, c.distance)).collect();
     vertices_per_sample(&values, spacing)
 }
 

@@ -2,7 +2,8 @@
 
 use super::{FaceCheck, Feature, Sightings};
 use crate::align::{Alignment, Part, Target, border_width};
-use crate::math::Vec3;
+use crate::math::{Point3, Vec3};
+use crate::mesh::Mesh;
 use crate::segment::RegionId;
 use crate::surface::{Surface, SurfaceKind};
 
@@ -72,8 +73,8 @@ pub(super) fn find(
             surface: target.face(face.face).surface,
         })
         .collect();
-    let mut new = new_faces(part, alignment, sightings);
-    changes.extend(pairs(target, &mut missing, &mut new, alignment));
+    let mut new = new_faces(part, alignment, sightings, features);
+    changes.extend(pairs(target, part, &mut missing, &mut new, alignment));
     changes.extend(missing);
     changes.extend(new);
     changes.sort_by(|a, b| (a.kind, a.face, a.region).cmp(&(b.kind, b.face, b.region)));
@@ -105,8 +106,9 @@ fn of_feature(feature: &Feature, faces: &[FaceCheck], alignment: &Alignment) -> 
         .collect()
 }
 
-/// Regions of the scan that no face of the model explains.
-fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings) -> Vec<Change> {
+/// Regions of the scan that no face explains, neither as the model has it nor as it was measured: a face that was moved is
+/// not a new one.
+fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings, features: &[Feature]) -> Vec<Change> {
     /// Share of a region's vertices up to which the model explains so few that the region is new.
     const EXPLAINED: f64 = 0.5;
     /// Vertices that a region has at least, and spacings that it is wide.
@@ -127,8 +129,12 @@ fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings) -> Vec<C
         mine.sort_unstable();
         mine.dedup();
         let explains = |v: &&u32| {
-            sightings.of_vertex[**v as usize]
-                .is_some_and(|s| s.distance.abs() < if s.at_border { rounded } else { near })
+            sightings.of_vertex[**v as usize].is_some_and(|s| {
+                let limit = if s.at_border { rounded } else { near };
+                let measured = features.iter().find(|f| f.face == s.face).map(|f| &f.measured);
+                s.distance.abs() < limit
+                    || measured.is_some_and(|surface| surface.signed_distance(&s.point).abs() < limit)
+            })
         };
         let explained = mine.iter().filter(explains).count();
         if mine.len() < LEAST || explained as f64 > EXPLAINED * mine.len() as f64 {
@@ -152,16 +158,27 @@ fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings) -> Vec<C
 /// A missing face and a new one of the same type and size are one face that was moved: both are taken from their lists.
 fn pairs(
     target: &Target,
+    part: &Part,
     missing: &mut Vec<Change>,
     new: &mut Vec<Change>,
     alignment: &Alignment,
 ) -> Vec<Change> {
+    /// Share of a face's width by which its middle may lie beside where it was.
+    const BESIDE: f64 = 0.3;
     let mut moved = Vec::new();
     missing.retain(|gone| {
         let Some(from) = gone.surface else { return true };
         let candidates = new.iter().enumerate().filter_map(|(k, change)| {
             let to = change.surface?;
-            shift_between(&from, &to, target).map(|shift| (k, shift, to))
+            let apart =
+                middle_of_region(part, alignment, change.region?)? - middle_of_face(target, gone.face?)?;
+            // A flat face says where it lies along its normal only: across it, it must still be where it was.
+            let beside = match from {
+                Surface::Plane(s) => (apart - s.normal.into_inner() * apart.dot(&s.normal)).norm(),
+                _ => 0.0,
+            };
+            let near = beside < BESIDE * gone.value.min(change.value).sqrt();
+            shift_between(&from, &to, target).filter(|_| near).map(|shift| (k, shift, to))
         });
         let nearest = candidates.min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
         let Some((k, shift, to)) = nearest else { return true };
@@ -180,6 +197,28 @@ fn pairs(
         false
     });
     moved
+}
+
+fn middle_of_face(target: &Target, face: u32) -> Option<Point3> {
+    let model = target.model;
+    let mine = (0..model.mesh.triangles.len()).filter(|&t| model.face_of[t] == face);
+    middle(&model.mesh, mine)
+}
+
+fn middle_of_region(part: &Part, alignment: &Alignment, region: RegionId) -> Option<Point3> {
+    let labels = &part.segmentation.labels;
+    let mine = (0..labels.len()).filter(|&t| labels[t] == Some(region));
+    middle(&part.mesh, mine).map(|p| alignment.pose.point(&p))
+}
+
+/// Middle of the area of some triangles.
+fn middle(mesh: &Mesh, triangles: impl Iterator<Item = usize>) -> Option<Point3> {
+    let (mut area, mut first) = (0.0, Vec3::zeros());
+    for t in triangles {
+        area += mesh.area(t);
+        first += mesh.triangle_center(t).coords * mesh.area(t);
+    }
+    (area > 0.0).then(|| Point3::from(first / area))
 }
 
 /// How far a surface lies from another that it may be, moved; `None` when it is another.

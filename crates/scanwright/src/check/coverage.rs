@@ -124,8 +124,8 @@ impl Seen {
                 let first = (place.face, [x + dx, y + dy, z - 1]);
                 let last = [x + dx, y + dy, z + 1];
                 let from = self.cells.partition_point(|c| (c.0, c.1) < first);
-                let row = self.cells[from..].iter().take_while(|c| c.0 == place.face && c.1 <= last);
-                row.into_iter().any(|c| (c.2 - place.point).norm_squared() < self.size * self.size)
+                let mut row = self.cells[from..].iter().take_while(|c| c.0 == place.face && c.1 <= last);
+                row.any(|c| (c.2 - place.point).norm_squared() < self.size * self.size)
             })
         })
     }

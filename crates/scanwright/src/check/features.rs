@@ -1,7 +1,7 @@
 //! What each face measures: its own type of surface fitted to the vertices that show it, beside the model's.
 
 use super::{Form, Options, Sighting, Sightings, Verdict, decide, form};
-use crate::align::{Alignment, Part, Target};
+use crate::align::{Alignment, LEAST_COSINE, Part, Target};
 use crate::fit::{
     Fit, Samples, Weights, least_squares, parameter_covariance, parameter_frame, parameter_names, refine,
 };
@@ -62,7 +62,7 @@ pub struct Feature {
 /// Vertices without which a face has no numbers.
 const LEAST_POINTS: usize = 30;
 /// Vertices that a fit takes.
-const MOST_POINTS: usize = 20_000;
+const MOST_POINTS: usize = 8_000;
 /// Deviations beyond which a vertex does not belong to a face.
 const OUTLIER: f64 = 4.685;
 
@@ -113,7 +113,8 @@ impl Context<'_> {
         // Of all vertices of the face, so many as the fit kept of those it was given.
         let kept = inliers.points.len() as f64 / thinned.points.len() as f64;
         let n_points = (kept * all.points.len() as f64).round();
-        let n_effective = n_points / self.alignment.vertices_per_sample;
+        // A thinned fit knows no more than the points it was given.
+        let n_effective = (n_points / self.alignment.vertices_per_sample).min(inliers.points.len() as f64);
         let sigma = rms.max(self.part.tolerances.rounding());
         let covariance = parameter_covariance(&surface, &inliers, sigma, n_effective);
         let center = centroid(&inliers.points);
@@ -205,7 +206,12 @@ impl Context<'_> {
             (Surface::Sphere(a), Surface::Sphere(b)) => b.center - a.center,
             (Surface::Torus(a), Surface::Torus(b)) => b.axis.origin - a.axis.origin,
             _ => match f.nominal.axis().zip(f.measured.axis()) {
-                Some((a, b)) => b.foot(&f.center) - a.foot(&f.center),
+                Some((a, b)) => {
+                    // Where the measured axis crosses the plane across the model's, at the middle of what was seen.
+                    let foot = a.foot(&f.center);
+                    let along = (foot - b.origin).dot(&a.direction) / b.direction.dot(&a.direction);
+                    b.origin + b.direction.into_inner() * along - foot
+                }
                 None => Vec3::zeros(),
             },
         };
@@ -268,11 +274,18 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
         let mut sizes: Vec<f64> = samples.points.iter().map(|p| s.signed_distance(p).abs()).collect();
         stats::median(&mut sizes).unwrap_or(f64::INFINITY)
     };
-    // From the model's surface, and, where the face was moved far, from all points alike.
+    // From the model's surface; where that does not lie on them, from all points alike: the face was moved far.
     let near = refine(start, samples, &weights, STEPS);
-    let far = least_squares(start, samples, STEPS).and_then(|fit| refine(&fit, samples, &weights, STEPS));
-    let mut best =
-        near.into_iter().chain(far).min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
+    let lies = near.is_some_and(|fit| size(&fit.surface) < 2.0 * sigma);
+    let far = if lies { None } else { least_squares(start, samples, STEPS) };
+    let far = far.and_then(|fit| refine(&fit, samples, &weights, STEPS));
+    // A few vertices along an edge fit surfaces that look another way.
+    let faces_alike = |fit: &Fit| {
+        let cosine = |p: &Point3| fit.surface.normal(p).dot(&start.surface.normal(p));
+        samples.points.iter().map(cosine).sum::<f64>() > LEAST_COSINE * samples.points.len() as f64
+    };
+    let found = near.into_iter().chain(far).filter(faces_alike);
+    let mut best = found.min_by(|a, b| size(&a.surface).total_cmp(&size(&b.surface)))?;
     let mut inliers = samples.clone();
     for _ in 0..2 {
         let spread = (size(&best.surface) * stats::MAD_TO_SIGMA).max(f64::MIN_POSITIVE);
@@ -287,7 +300,7 @@ fn fitted(start: &Fit, samples: &Samples, sigma: f64) -> Option<(Surface, Sample
         if inliers.points.len() < LEAST_POINTS {
             return None;
         }
-        best = least_squares(&best, &inliers, STEPS)?;
+        best = least_squares(&best, &inliers, STEPS).filter(faces_alike)?;
     }
     Some((best.surface, inliers))
 }

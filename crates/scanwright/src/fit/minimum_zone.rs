@@ -20,9 +20,9 @@ use crate::surface::Surface;
 /// Linear programs at most.
 const ROUNDS: usize = 30;
 /// Points that the first program holds.
-const FIRST: usize = 200;
+const FIRST: usize = 120;
 /// Points that join it per round.
-const JOINING: usize = 60;
+const JOINING: usize = 40;
 /// Fall of the largest distance, as a share, that ends it.
 const RELATIVE_FALL: f64 = 1e-9;
 

@@ -3,6 +3,7 @@
 mod ambiguity;
 mod choose;
 pub mod gauss;
+mod moved;
 mod sufficiency;
 
 pub use ambiguity::{Ambiguity, ambiguity};

@@ -18,6 +18,11 @@ impl Color {
     /// The supporting table.
     pub const TABLE: Self = Self([226, 226, 224]);
 
+    /// What no scan showed.
+    pub const UNSEEN: Self = Self([176, 132, 196]);
+    /// A face that is not there.
+    pub const ABSENT: Self = Self([72, 40, 72]);
+
     /// The color mixed with white: faces that were assumed.
     #[must_use]
     pub fn pale(self) -> Self {

@@ -18,7 +18,7 @@ use crate::deviation::Histogram;
 use crate::dimension::{Dimension, Systematic};
 use crate::fit::Noise;
 use crate::gprimdb::Known;
-use crate::pipeline::{Options, Reconstruction, SolidFacts, SupportSearch, Warning};
+use crate::pipeline::{Options, Placement, Reconstruction, SolidFacts, SupportSearch, Warning};
 use crate::recognize::Residual;
 use crate::regularize::{Manufacture, Relation, Relations};
 use crate::segment::RegionId;
@@ -76,6 +76,8 @@ pub struct Report {
     settings: Settings,
     scan: Scan,
     support: Option<Support>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placement: Option<PlacementReport>,
     primitives: Vec<PrimitiveReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     known: Option<Vec<Known>>,
@@ -126,6 +128,31 @@ struct Support {
 }
 
 #[derive(Debug, Clone, Serialize)]
+struct PlacementReport {
+    aligned_from_scan: [[f64; 4]; 4],
+    level: u32,
+    rotate: Option<u32>,
+    zero: Vec<u32>,
+    planes_of_symmetry: usize,
+    free_turn: bool,
+    free_ways: usize,
+}
+
+impl PlacementReport {
+    fn new(placement: &Placement) -> Self {
+        Self {
+            aligned_from_scan: placement.pose.rows(),
+            level: placement.level.0,
+            rotate: placement.rotate.map(|r| r.0),
+            zero: placement.zero.iter().map(|r| r.0).collect(),
+            planes_of_symmetry: placement.mirrors,
+            free_turn: placement.free_turn,
+            free_ways: placement.free_ways,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Serialize)]
 struct DeviationReport {
     #[serde(flatten)]
     residual: Residual,
@@ -157,6 +184,7 @@ impl Report {
             settings: Settings::new(result, context.options),
             scan: Scan::new(result, context),
             support,
+            placement: result.placement.as_ref().map(PlacementReport::new),
             primitives: regions::primitives(result, context),
             known: context.known.map(<[Known]>::to_vec),
             dimensions: result.dimensions.clone(),
@@ -381,6 +409,7 @@ mod tests {
             dimensions: Vec::new(),
             model: Model::default(),
             deviation: None,
+            placement: None,
             warnings: vec![Warning::new(Code::NoSolid, "none")],
         }
     }
