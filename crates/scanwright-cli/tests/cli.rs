@@ -1,5 +1,8 @@
 //! The command as a user meets it: exit codes, refusals, and files that appear together or not at all.
 
+#[path = "cli/assemble.rs"]
+mod assemble;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +13,7 @@ use assert_cmd::Command;
 #[test]
 fn help_teaches_with_examples_and_exit_codes() {
     let top = text(&run(&["--help"]).stdout);
-    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "selftest"] {
+    for verb in ["convert", "info", "segment", "gprimdb", "classify", "train", "render", "assemble", "selftest"] {
         assert!(top.contains(verb), "`--help` does not name {verb}:\n{top}");
     }
     let convert = text(&run(&["convert", "--help"]).stdout);
