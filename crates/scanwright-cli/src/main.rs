@@ -3,7 +3,9 @@
 //! No geometry lives here. A verb returns an [`exit::Code`] or an [`exit::Failure`]; this file turns either into the
 //! process's exit code, and a panic into a sentence that asks for a report.
 
+mod align;
 mod args;
+mod check;
 mod assemble;
 mod classify;
 mod clean;
@@ -12,6 +14,7 @@ mod convert;
 mod exit;
 mod gprimdb;
 mod info;
+mod known;
 mod outputs;
 mod picture;
 mod render;
@@ -41,6 +44,8 @@ fn main() -> ExitCode {
         Verb::Classify(args) => classify::run(args),
         Verb::Train(args) => train::run(args),
         Verb::Render(args) => render::run(args),
+        Verb::Check(args) => check::run(args),
+        Verb::Align(args) => align::run(args),
         Verb::Assemble(args) => assemble::run(args),
         Verb::Selftest => selftest::run(),
     });

@@ -1,10 +1,12 @@
 //! What goes into pictures: which meshes, in which colors, from where.
 
+use scanwright::align::{Alignment, Part as ScanPart, Target};
+use scanwright::check::Check;
 use scanwright::math::{Point3, UnitVec3, Vec3};
 use scanwright::mesh::Mesh;
-use scanwright::pipeline::Reconstruction;
+use scanwright::pipeline::{Reconstruction, Segmented};
 use scanwright::recognize::Primitive;
-use scanwright::render::{Camera, Color, Image, Sheet, View, of_kind, of_region, picture};
+use scanwright::render::{Camera, Color, Image, Sheet, View, of_deviation, of_kind, of_region, picture};
 use scanwright::segment::RegionId;
 use scanwright::surface::SurfaceKind;
 
@@ -48,6 +50,64 @@ pub fn of_mesh(mesh: &Mesh, labels: Option<&[Option<u32>]>, look: &Look, up: Opt
         Look::Region => Vec::new(),
     };
     draw(&[[(&part, "")]; 2], up.unwrap_or(Vec3::z_axis()), &mesh.vertices, &legend)
+}
+
+/// A number and a color per vertex of the scan: its deviation, in shares of `scale`; grey where there is none.
+pub fn deviations(
+    segmented: &Segmented,
+    part: &ScanPart,
+    check: &Check,
+    scale: f64,
+) -> (Vec<f64>, Vec<[u8; 3]>) {
+    let n = segmented.mesh.vertices.len();
+    let (mut values, mut colors) = (vec![f64::NAN; n], vec![Color::NONE.0; n]);
+    for (sighting, &v) in check.sightings.of_vertex.iter().zip(&part.scan_vertex) {
+        if let Some(sighting) = sighting {
+            values[v as usize] = sighting.distance;
+            colors[v as usize] = of_deviation(sighting.distance / scale).0;
+        }
+    }
+    (values, colors)
+}
+
+/// The scan's deviations beside the model's faces, from two sides: faces in the color of their mean, those that were not
+/// seen and those that are not there in their own.
+pub fn of_check(part: &ScanPart, target: &Target, alignment: &Alignment, check: &Check, scale: f64) -> Image {
+    let mesh = part.mesh.moved(&alignment.pose);
+    let of_triangle = |triangle: &[u32; 3]| {
+        let seen: Vec<f64> =
+            triangle.iter().filter_map(|&v| check.sightings.of_vertex[v as usize]).map(|s| s.distance).collect();
+        let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+        if seen.is_empty() { Color::NONE } else { of_deviation(mean / scale) }
+    };
+    let n = mesh.triangles.len();
+    let scan = Part { colors: mesh.triangles.iter().map(of_triangle).collect(), groups: vec![0; n], mesh };
+    let of_face = |f: &u32| {
+        let face = &check.faces[*f as usize];
+        match (face.state(), face.spread) {
+            ("absent", _) => Color::ABSENT,
+            ("unobserved" | "partly", _) | (_, None) => Color::UNSEEN,
+            (_, Some(spread)) => of_deviation(spread.mean / scale),
+        }
+    };
+    let model = &target.model;
+    let faces = Part {
+        mesh: model.mesh.clone(),
+        colors: model.face_of.iter().map(of_face).collect(),
+        groups: model.face_of.clone(),
+    };
+    let mut legend = vec![
+        (of_deviation(-1.0), format!("{:.3}", -scale)),
+        (of_deviation(0.0), "0".to_owned()),
+        (of_deviation(1.0), format!("+{scale:.3}")),
+        (Color::NONE, "on no face".to_owned()),
+        (Color::UNSEEN, "not seen, or less than half".to_owned()),
+    ];
+    if check.faces.iter().any(|f| f.is_absent()) {
+        legend.push((Color::ABSENT, "not there".to_owned()));
+    }
+    let rows = [[(&scan, "scan"), (&faces, "model: means of faces")], [(&scan, ""), (&faces, "")]];
+    draw(&rows, Vec3::z_axis(), &faces.mesh.vertices, &legend)
 }
 
 /// What colors mean.

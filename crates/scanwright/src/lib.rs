@@ -33,6 +33,7 @@ pub mod assemble;
 pub mod brep;
 pub mod check;
 pub mod condition;
+pub mod datum;
 pub mod denoise;
 pub mod deviation;
 pub mod fit;

@@ -12,7 +12,7 @@ const RANKS: &[&[&str]] = &[
     &["io", "condition", "denoise", "fit", "prior"],
     &["recognize"],
     &["segment", "gprimdb"],
-    &["regularize"],
+    &["regularize", "datum"],
     &["brep"],
     &["step", "deviation", "render"],
     &["pipeline"],

@@ -1,12 +1,16 @@
 //! The command line as the user types it.
 
-mod assemble;
-
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod align;
+mod assemble;
+mod check;
+
+pub use align::{ALIGN_EXAMPLES, AlignArgs};
 pub use assemble::AssembleArgs;
+pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -44,6 +48,12 @@ pub enum Verb {
     /// Draw a scan, or the regions that `convert --segments` wrote.
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Hold a scan against the model it should be: deviations, sizes, places, form, changes, with uncertainties.
+    #[command(after_long_help = CHECK_EXAMPLES)]
+    Check(Box<CheckArgs>),
+    /// Move a scan into the frame of its datums: level, rotate, zero.
+    #[command(after_long_help = ALIGN_EXAMPLES)]
+    Align(AlignArgs),
     /// Place parts that are modelled already in a scan of the object they make, and write one STEP assembly.
     #[command(after_long_help = assemble::EXAMPLES)]
     Assemble(AssembleArgs),

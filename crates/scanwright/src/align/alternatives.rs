@@ -28,9 +28,9 @@ const AS_GOOD: f64 = 12.0;
 const MOST_TRIED: usize = 48;
 const MOST: usize = 24;
 /// Points on which placements are compared.
-const POINTS: usize = 20_000;
+const POINTS: usize = 10_000;
 /// Share of the best score below which a placement is not looked at.
-const LEAST_SCORE: f64 = 0.8;
+const LEAST_SCORE: f64 = 0.96;
 
 /// The placements among `others`, best first, that are as good as the settled one and not one with it.
 pub(super) fn find(
@@ -38,6 +38,7 @@ pub(super) fn find(
     part: &Part,
     settled: &Settled,
     freedom: &Freedom,
+    best_score: f64,
     others: &[Placed],
 ) -> Vec<Alternative> {
     let scale = TUKEY * settled.sigma;
@@ -45,7 +46,7 @@ pub(super) fn find(
     let n_samples = part.mesh.vertices.len() as f64 / settled.vertices_per_sample;
     // Tukey's cost of one, a third of the square of its constant, in squared deviations.
     let per_cost = TUKEY * TUKEY / 3.0 * n_samples;
-    let least = LEAST_SCORE * others.iter().map(|o| o.score).fold(0.0, f64::max);
+    let least = LEAST_SCORE * others.iter().map(|o| o.score).fold(best_score, f64::max);
     let tried: Vec<&Placed> = others.iter().take(MOST_TRIED).filter(|o| o.score >= least).collect();
     let near = Nearness { length: super::fine::narrow_reach(part) + 0.01 * settled.radius, angle: 0.035 };
     let mut found: Vec<Alternative> = Vec::new();

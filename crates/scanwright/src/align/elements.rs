@@ -113,16 +113,19 @@ fn coincide(a: &Surface, b: &Surface, near: &Point3, size: f64) -> bool {
     })
 }
 
-/// Regions of a scan, largest first.
-pub fn of_part(part: &Part) -> Vec<Element> {
+/// Regions of a scan that have a surface, largest first.
+pub fn of_part(part: &Part) -> Vec<(RegionId, Element)> {
     let mut sums = vec![Sum::default(); part.segmentation.primitives.len()];
     for (t, label) in part.segmentation.labels.iter().enumerate() {
         if let Some(RegionId(k)) = label {
             sums[*k as usize].add(&part.mesh, t);
         }
     }
-    let seen = part.segmentation.primitives.iter().zip(sums).filter(|(_, sum)| sum.area > 0.0);
-    sorted(seen.filter_map(|(p, sum)| Some(sum.element(p.surface?, p.outward))).collect())
+    let seen = part.segmentation.primitives.iter().zip(sums).enumerate().filter(|(_, (_, sum))| sum.area > 0.0);
+    let mut elements: Vec<(RegionId, Element)> =
+        seen.filter_map(|(k, (p, sum))| Some((RegionId(k as u32), sum.element(p.surface?, p.outward)))).collect();
+    elements.sort_by(|a, b| b.1.area.total_cmp(&a.1.area));
+    elements
 }
 
 fn sorted(mut elements: Vec<Element>) -> Vec<Element> {

@@ -77,7 +77,8 @@ pub(super) struct Contact {
     pub distance: f64,
     /// Its derivative by a turn about the pivot, a way, and the bend.
     pub row: [f64; 7],
-    pub point: Point3,
+    /// Its place on the model: cells of places do not depend on the distances in them.
+    pub foot: Point3,
     pub at_border: bool,
 }
 
@@ -97,7 +98,7 @@ pub(super) fn contacts(
         let curvature = target.curvature(hit.face, &point);
         let row = [turn.x, turn.y, turn.z, hit.normal.x, hit.normal.y, hit.normal.z, curvature];
         let distance = hit.distance + state.bend * curvature;
-        Some(Contact { face: hit.face, distance, row, point, at_border: hit.at_border })
+        Some(Contact { face: hit.face, distance, row, foot: hit.foot, at_border: hit.at_border })
     })
 }
 
@@ -117,10 +118,10 @@ pub(super) fn cost(distance: f64, scale: f64) -> f64 {
 pub(super) fn ranked(target: &Target, part: &Part, guesses: &[(Pose, FoundBy)]) -> Vec<Placed> {
     /// Points that a first look and a short settling take.
     const LOOK: usize = 400;
-    const SETTLE: usize = 1_500;
+    const SETTLE: usize = 800;
     /// Guesses settled.
-    const MOST: usize = 72;
-    const STEPS: usize = 15;
+    const MOST: usize = 56;
+    const STEPS: usize = 12;
     let (look, settle) = (Cloud::new(part, LOOK), Cloud::new(part, SETTLE));
     let wide = wide_reach(target, part);
     let mut scored = par::map(guesses, |(pose, found_by)| {
@@ -407,6 +408,11 @@ pub(super) fn assess(target: &Target, part: &Part, pose: &Pose) -> Settled {
     known
 }
 
+/// What weighed faces say of a motion, nothing moved.
+pub(super) fn held(target: &Target, part: &Part, pose: &Pose, bend: f64, weights: Vec<f64>) -> Settled {
+    settled(target, part, &Cloud::new(part, MOST_POINTS), State { pose: *pose, bend }, weights)
+}
+
 /// Rounds in which faces are weighed.
 const FACE_ROUNDS: usize = 5;
 
@@ -443,22 +449,33 @@ fn loses_a_freedom(known: &Settled, sums: &Sums, prior_weight: f64) -> bool {
     sorted(&even).into_iter().zip(sorted(sums)).any(|(before, after)| counts(before) && after < LOST * before)
 }
 
-/// Tukey's weights of the mean distances of faces, beside what the noise allows and what faces on the whole keep.
+/// Weights of faces, by Tukey's function: of their mean distances, beside what the noise allows and what faces on the
+/// whole keep, and of how much more than faces on the whole their distances scatter. A bore that was moved has the
+/// scatter, a step that was milled deeper the mean.
 fn face_weights(known: &Settled) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); known.face_weights.len()];
+    /// Share of Tukey's constant for scatter: half the deviation more is still a face's own.
+    const SCATTER: f64 = 0.5;
+    let mut sums = vec![(0.0, 0.0, 0.0); known.face_weights.len()];
     for contact in &known.contacts {
-        let w = weight(contact.distance, TUKEY * known.sigma);
         let sum = &mut sums[contact.face as usize];
-        *sum = (sum.0 + w * contact.distance, sum.1 + w);
+        *sum = (sum.0 + contact.distance, sum.1 + contact.distance.powi(2), sum.2 + 1.0);
     }
-    let means: Vec<(f64, f64)> = sums.iter().filter(|s| s.1 > 0.0).map(|s| (s.0 / s.1, s.1)).collect();
-    let usual = weighted_median(&means) * stats::MAD_TO_SIGMA;
-    let of_face = |&(sum, n): &(f64, f64)| {
+    let of = |f: &dyn Fn(f64, f64) -> f64| -> Vec<(f64, f64)> {
+        sums.iter().filter(|s| s.2 > 0.0).map(|s| (f(s.0 / s.2, s.1 / s.2), s.2)).collect()
+    };
+    let usual = weighted_median(&of(&|mean, _| mean)) * stats::MAD_TO_SIGMA;
+    let scatter = weighted_median(&of(&|_, square| square.sqrt()));
+    let of_face = |&(sum, square, n): &(f64, f64, f64)| {
         if n == 0.0 {
             return 1.0;
         }
-        let own = known.sigma * (known.vertices_per_sample / n).sqrt();
-        weight(sum / n, TUKEY * own.hypot(usual))
+        let per_sample = known.vertices_per_sample / n;
+        let own = known.sigma * per_sample.sqrt();
+        // Three deviations of a variance from so many samples.
+        let allowed = scatter.powi(2) * (1.0 + 3.0 * (2.0 * per_sample).sqrt());
+        let excess = (square / n - allowed).max(0.0).sqrt();
+        let by_scatter = weight(excess, SCATTER * TUKEY * scatter.max(known.sigma));
+        weight(sum / n, TUKEY * own.hypot(usual)) * by_scatter
     };
     sums.iter().map(of_face).collect()
 }

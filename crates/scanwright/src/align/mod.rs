@@ -21,13 +21,14 @@ mod target;
 mod turns;
 
 pub use alternatives::Alternative;
-pub use elements::Element;
+pub use elements::{Element, of_part as elements_of};
 pub use spread::{Freedom, vertices_per_sample};
 pub use target::{Hit, LEAST_COSINE, Measure, Target};
 
 use crate::math::{Point3, Pose, Vec3};
 use crate::mesh::{Mesh, VertId};
 use crate::pipeline::Segmented;
+use crate::prior::{PriorFace, PriorModel};
 use crate::segment::Segmentation;
 use crate::tolerance::Tolerances;
 
@@ -61,6 +62,21 @@ impl Part {
             tolerances: segmented.tolerances,
         }
     }
+}
+
+/// A mesh that was cut into regions as a model: each region is a face, what belongs to none is the last one.
+pub fn model_of(segmented: &Segmented) -> PriorModel {
+    let regions = segmented.segmentation.primitives.iter().enumerate();
+    let mut faces: Vec<PriorFace> = regions
+        .map(|(k, p)| PriorFace { name: format!("region {k}"), surface: p.surface, outward: p.outward })
+        .collect();
+    let rest = faces.len() as u32;
+    let labels = segmented.segmentation.labels.iter();
+    let face_of: Vec<u32> = labels.map(|label| label.map_or(rest, |region| region.0)).collect();
+    if face_of.contains(&rest) {
+        faces.push(PriorFace { name: "rest".to_owned(), surface: None, outward: true });
+    }
+    PriorModel { mesh: segmented.mesh.clone(), face_of, faces, ..PriorModel::default() }
 }
 
 /// Distance from a sharp edge within which a scan with such tolerances does not show the faces beside it, length.
@@ -191,7 +207,7 @@ pub fn align(target: &Target, part: &Part, options: &Options) -> Result<Alignmen
         return Err(AlignError::NoPlacement(fine::LEAST_EXPLAINED));
     }
     let freedom = spread::freedom(&settled);
-    let alternatives = alternatives::find(target, part, &settled, &freedom, &placed[1..]);
+    let alternatives = alternatives::find(target, part, &settled, &freedom, best.score, &placed[1..]);
     Ok(Alignment { alternatives, ..spread::alignment(settled, freedom, best.found_by) })
 }
 
@@ -213,10 +229,18 @@ pub fn as_placed(target: &Target, part: &Part, pose: &Pose) -> Alignment {
     Alignment { covariance: [[0.0; 6]; 6], ..spread::alignment(settled, Freedom::default(), FoundBy::Start) }
 }
 
+/// A placement that some faces hold, found elsewhere (by datums): what these faces alone say of it.
+pub fn held_by(target: &Target, part: &Part, pose: &Pose, faces: &[u32], known: &Alignment) -> Alignment {
+    let weights = (0..target.model.faces.len() as u32).map(|f| if faces.contains(&f) { 1.0 } else { 0.0 });
+    let settled = fine::held(target, part, pose, known.bend, weights.collect());
+    let freedom = spread::freedom(&settled);
+    spread::alignment(settled, freedom, known.found_by)
+}
+
 /// Guesses, roughly settled, best first.
 fn placements(target: &Target, part: &Part, options: &Options) -> Vec<fine::Placed> {
     let of_model = elements::of_model(target.model);
-    let of_scan = elements::of_part(part);
+    let of_scan: Vec<Element> = elements::of_part(part).into_iter().map(|(_, element)| element).collect();
     let limits = coarse::Limits::new(target, part);
     let by_surfaces = match options.scene {
         Scene::Part => coarse::guesses(&of_scan, &of_model, &limits),

@@ -212,7 +212,7 @@ pub(super) fn correlation(contacts: &[Contact], scale: f64, spacing: f64) -> f64
     let values: Vec<(u32, Point3, f64)> = contacts
         .iter()
         .filter(|c| c.distance.abs() < scale)
-        .map(|c| (c.face, c.point, c.distance))
+        .map(|c| (c.face, c.foot, c.distance))
         .collect();
     vertices_per_sample(&values, spacing)
 }

@@ -72,7 +72,7 @@ pub(super) fn find(
             surface: target.face(face.face).surface,
         })
         .collect();
-    let mut new = new_faces(part, alignment, sightings);
+    let mut new = new_faces(part, alignment, sightings, features);
     changes.extend(pairs(target, &mut missing, &mut new, alignment));
     changes.extend(missing);
     changes.extend(new);
@@ -105,8 +105,9 @@ fn of_feature(feature: &Feature, faces: &[FaceCheck], alignment: &Alignment) -> 
         .collect()
 }
 
-/// Regions of the scan that no face of the model explains.
-fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings) -> Vec<Change> {
+/// Regions of the scan that no face explains, neither as the model has it nor as it was measured: a face that was moved is
+/// not a new one.
+fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings, features: &[Feature]) -> Vec<Change> {
     /// Share of a region's vertices up to which the model explains so few that the region is new.
     const EXPLAINED: f64 = 0.5;
     /// Vertices that a region has at least, and spacings that it is wide.
@@ -127,8 +128,12 @@ fn new_faces(part: &Part, alignment: &Alignment, sightings: &Sightings) -> Vec<C
         mine.sort_unstable();
         mine.dedup();
         let explains = |v: &&u32| {
-            sightings.of_vertex[**v as usize]
-                .is_some_and(|s| s.distance.abs() < if s.at_border { rounded } else { near })
+            sightings.of_vertex[**v as usize].is_some_and(|s| {
+                let limit = if s.at_border { rounded } else { near };
+                let measured = features.iter().find(|f| f.face == s.face).map(|f| &f.measured);
+                s.distance.abs() < limit
+                    || measured.is_some_and(|surface| surface.signed_distance(&s.point).abs() < limit)
+            })
         };
         let explained = mine.iter().filter(explains).count();
         if mine.len() < LEAST || explained as f64 > EXPLAINED * mine.len() as f64 {

@@ -58,7 +58,7 @@ pub(super) fn of(
     let (_, zone) = minimum_zone(surface, &few);
     let peaks = |n: f64| 2.0 * noise * (2.0 * n.max(1.0).ln()).sqrt();
     let (filtered, noise_filtered) =
-        filtered(&kept, &distances, part.tolerances.spacing(), noise, vertices_per_sample);
+        filtered(surface, &kept, &distances, part.tolerances.spacing(), noise, vertices_per_sample);
     Form {
         name: match surface.kind() {
             SurfaceKind::Plane => "flatness",
@@ -94,6 +94,7 @@ fn robust_width(values: &[f64]) -> f64 {
 
 /// Width of the means over cells, and what noise alone makes of it.
 fn filtered(
+    surface: &Surface,
     points: &[Point3],
     distances: &[f64],
     spacing: f64,
@@ -103,7 +104,9 @@ fn filtered(
     const CELL: f64 = 4.0;
     const LEAST: usize = 8;
     let cell = |p: &Point3| [p.x, p.y, p.z].map(|x| (x / (CELL * spacing)).floor() as i64);
-    let mut keyed: Vec<([i64; 3], f64)> = points.iter().map(cell).zip(distances.iter().copied()).collect();
+    // Cells of places on the surface: which cell a point is in says nothing about its distance.
+    let places = points.iter().map(|p| cell(&surface.project(p)));
+    let mut keyed: Vec<([i64; 3], f64)> = places.zip(distances.iter().copied()).collect();
     keyed.sort_by(|a, b| a.0.cmp(&b.0));
     let cells: Vec<(f64, usize)> = keyed
         .chunk_by(|a, b| a.0 == b.0)

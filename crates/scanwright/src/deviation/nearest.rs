@@ -107,9 +107,12 @@ impl Nearest {
             let node = &self.nodes[i as usize];
             if node.leaf {
                 for t in node.start as usize..node.end as usize {
+                    if !accept(self.of_mesh[t]) {
+                        continue;
+                    }
                     let (closest, feature) = closest_point(&self.corners[t], point);
                     let distance_sq = (point - closest).norm_squared();
-                    if distance_sq < best_sq && accept(self.of_mesh[t]) {
+                    if distance_sq < best_sq {
                         (best_sq, best) = (distance_sq, Some((t, feature, closest)));
                     }
                 }

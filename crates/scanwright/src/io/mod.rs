@@ -14,7 +14,7 @@ mod three_mf;
 mod write_ply;
 
 pub use error::{Place, ReadError};
-pub use write_ply::write_ply;
+pub use write_ply::{write_ply, write_ply_values};
 
 use crate::mesh::{Mesh, VertId};
 use std::path::Path;

@@ -31,6 +31,35 @@ pub fn write_ply(mesh: &Mesh, labels: Option<(&str, &[i32])>, colors: Option<&[[
     bytes
 }
 
+/// A mesh with a number and a color per vertex: `name` is the number's property, NaN where there is none.
+pub fn write_ply_values(mesh: &Mesh, name: &str, values: &[f64], colors: &[[u8; 3]]) -> Vec<u8> {
+    let n = mesh.vertices.len();
+    assert!(values.len() == n && colors.len() == n, "one value and one color per vertex");
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {n}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float {name}\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.triangles.len(),
+    )
+    .into_bytes();
+    bytes.reserve(19 * n + 13 * mesh.triangles.len());
+    for ((vertex, color), value) in mesh.vertices.iter().zip(colors).zip(values) {
+        for x in vertex.iter() {
+            bytes.extend_from_slice(&(*x as f32).to_le_bytes());
+        }
+        bytes.extend_from_slice(color);
+        bytes.extend_from_slice(&(*value as f32).to_le_bytes());
+    }
+    for triangle in &mesh.triangles {
+        bytes.push(3);
+        for v in triangle {
+            bytes.extend_from_slice(&v.to_le_bytes());
+        }
+    }
+    bytes
+}
+
 fn header(mesh: &Mesh, label: Option<&str>, colored: bool) -> String {
     let label = label.map_or_else(String::new, |name| format!("property int {name}\n"));
     let colors = if colored { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };

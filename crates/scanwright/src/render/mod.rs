@@ -14,7 +14,7 @@ mod shade;
 mod text;
 
 pub use camera::Camera;
-pub use palette::{Color, of_kind, of_region};
+pub use palette::{Color, of_deviation, of_kind, of_region};
 
 use crate::math::Point3;
 use crate::mesh::Mesh;

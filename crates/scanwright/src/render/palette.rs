@@ -14,6 +14,11 @@ impl Color {
     /// The supporting table.
     pub const TABLE: Self = Self([226, 226, 224]);
 
+    /// What no scan showed.
+    pub const UNSEEN: Self = Self([176, 132, 196]);
+    /// A face that is not there.
+    pub const ABSENT: Self = Self([72, 40, 72]);
+
     /// The color mixed with white: faces that were assumed.
     #[must_use]
     pub fn pale(self) -> Self {
@@ -51,6 +56,15 @@ pub fn of_kind(kind: Option<SurfaceKind>) -> Color {
         Some(SurfaceKind::Torus) => Color([152, 124, 200]),
         None => Color::FREEFORM,
     }
+}
+
+/// The color of a deviation, as a share of the end of the scale: blue inside, grey at zero, red outside.
+pub fn of_deviation(share: f64) -> Color {
+    const ENDS: [[f64; 3]; 3] = [[38.0, 92.0, 190.0], [222.0, 222.0, 218.0], [204.0, 54.0, 44.0]];
+    let share = share.clamp(-1.0, 1.0);
+    let end = if share < 0.0 { ENDS[0] } else { ENDS[2] };
+    let mix = |k: usize| (ENDS[1][k] + (end[k] - ENDS[1][k]) * share.abs()).round() as u8;
+    Color([mix(0), mix(1), mix(2)])
 }
 
 /// A color per region: hues a golden angle apart, so that neighbours in number differ most.
