@@ -30,7 +30,7 @@ use shape::ShapeMesh;
 use structure::Placed;
 
 /// Most triangles of all placed shapes together.
-const MOST_TRIANGLES: usize = 50_000_000;
+const MOST_TRIANGLES: usize = 20_000_000;
 
 /// Reads the faces of all solids, shells and surface models of a STEP file, where its assemblies place them.
 ///
