@@ -77,6 +77,10 @@ def error(found, scan_from_part, true):
     symmetry = np.linalg.inv(scan_from_part) @ np.array(found["scan_from_part"])
     left = np.linalg.inv(symmetry) @ np.linalg.inv(scan_from_part) @ true @ symmetry
     pivot = np.array(found["pivot_in_part"])
+    if found["open"]:
+        # These parts are drawn about their z axis: what is open is a turn about it.
+        about = Rotation.from_matrix(left[:3, :3]).as_rotvec()[2]
+        left[:3, :3] = left[:3, :3] @ Rotation.from_rotvec([0, 0, -about]).as_matrix()
     turn = Rotation.from_matrix(left[:3, :3]).as_rotvec()
     way = left[:3, :3] @ pivot + left[:3, 3] - pivot
     covariance = np.array(found["covariance"])
