@@ -24,8 +24,14 @@ pub fn run(args: &AssembleArgs) -> Result<Code, Failure> {
         [Some(&args.output), args.json.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
     outputs::check(&args.scan, &paths, args.force)?;
     for file in files(args)? {
-        outputs::check(&file.looked_for, &paths, true)?;
-        outputs::check(&file.written, &paths, true)?;
+        for part in [&file.looked_for, &file.written] {
+            outputs::check(part, &paths, true).map_err(|failure| match failure {
+                Failure::Usage(text) => {
+                    Failure::Usage(text.replace("is the scan itself", "is one of the parts"))
+                }
+                other => other,
+            })?;
+        }
     }
     console::watched(args.quiet, args.threads, |console| assemble(args, console))
 }

@@ -100,11 +100,7 @@ fn conic_frame(
 }
 
 pub(super) fn positive(entity: &Instance, x: f64) -> Result<f64, StepReadError> {
-    if x > 0.0 {
-        Ok(x)
-    } else {
-        Err(entity.wrong(format!("has a size of {x}"), "a positive size"))
-    }
+    if x > 0.0 { Ok(x) } else { Err(entity.wrong(format!("has a size of {x}"), "a positive size")) }
 }
 
 /// A polyline as a spline of degree one over its chords' lengths.
@@ -183,11 +179,7 @@ pub(super) fn knots(
     let values = multiplicities.iter().zip(distinct).flat_map(|(m, t)| std::iter::repeat_n(*t, *m)).collect();
     let knots = Knots { degree, values };
     let (low, high) = knots.range();
-    if low < high {
-        Ok(knots)
-    } else {
-        Err(entity.wrong("has no range between its knots", "rising knots"))
-    }
+    if low < high { Ok(knots) } else { Err(entity.wrong("has no range between its knots", "rising knots")) }
 }
 
 /// Knots of the types that do not list them.

@@ -394,7 +394,10 @@ fn loops(
             }
         }
         if ids.iter().any(|v| vertices.points[*v as usize].iter().any(|x| !x.is_finite())) {
-            return Err(StepReadError::Face { id: face.id, reason: "a curve of its border is beyond all numbers" });
+            return Err(StepReadError::Face {
+                id: face.id,
+                reason: "a curve of its border is beyond all numbers",
+            });
         }
         if face.text.same_sense == face.patch.mirrored {
             ids.reverse();
