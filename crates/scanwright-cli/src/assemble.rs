@@ -24,8 +24,14 @@ pub fn run(args: &AssembleArgs) -> Result<Code, Failure> {
         [Some(&args.output), args.json.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
     outputs::check(&args.scan, &paths, args.force)?;
     for file in files(args)? {
-        outputs::check(&file.looked_for, &paths, true)?;
-        outputs::check(&file.written, &paths, true)?;
+        for part in [&file.looked_for, &file.written] {
+            outputs::check(part, &paths, true).map_err(|failure| match failure {
+                Failure::Usage(text) => {
+                    Failure::Usage(text.replace("is the scan itself", "is one of the parts"))
+                }
+                other => other,
+            })?;
+        }
     }
     console::watched(args.quiet, args.threads, |console| assemble(args, console))
 }
@@ -122,6 +128,11 @@ fn occurrence_names(parts: &[Loaded]) -> Vec<String> {
         .collect()
 }
 
+/// The other places that explain the scan as well, as rows.
+fn others_from_part(placement: &Placement) -> Vec<[[f64; 4]; 4]> {
+    placement.alignment.alternatives.iter().map(|a| a.pose.inverse().rows()).collect()
+}
+
 /// Where the part's coordinates lie in the scan.
 fn scan_from_part(placement: &Placement) -> Pose {
     placement.alignment.pose.inverse()
@@ -170,8 +181,13 @@ fn summary(parts: &[Loaded], results: &[Result<Placement, NotPlaced>], units: Un
                 let (way, turn) = uncertainty(placement);
                 let open =
                     placement.alignment.freedom.text().map(|t| format!("; open: {t}")).unwrap_or_default();
+                let others = match placement.alignment.alternatives.len() {
+                    0 => String::new(),
+                    1 => "; another place fits as well".to_owned(),
+                    n => format!("; {n} other places fit as well"),
+                };
                 format!(
-                    "placed, to {way:.2e} {} and {:.2e} deg, by {:.0} % of its area{open}",
+                    "placed, to {way:.2e} {} and {:.2e} deg, by {:.0} % of its area{open}{others}",
                     units.name(),
                     turn.to_degrees(),
                     100.0 * placement.covered
@@ -205,7 +221,7 @@ fn json(
                     "covariance": alignment.covariance,
                     "place_uncertainty": way, "turn_uncertainty": turn,
                     "open": alignment.freedom.text(),
-                    "alternatives": alignment.alternatives.len(),
+                    "alternatives": others_from_part(placement),
                     "covered": placement.covered, "unread": part.model.unread,
                 })
             }

@@ -1,5 +1,7 @@
 //! The command as a user meets it: exit codes, refusals, and files that appear together or not at all.
 
+#[path = "cli/assemble.rs"]
+mod assemble;
 #[path = "cli/report.rs"]
 mod report;
 

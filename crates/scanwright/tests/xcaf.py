@@ -10,13 +10,18 @@ from OCP.IFSelect import IFSelect_RetDone
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
-from OCP.TDF import TDF_Label, TDF_LabelSequence
+from OCP.TDF import TDF_Label
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
+try:
+    from OCP.TDF import TDF_LabelSequence
+except ImportError:
+    # The kernel's Python names changed between its versions 7 and 8.
+    from OCP.collections import Sequence_TDF_Label as TDF_LabelSequence
+
 
 def static(cls, name):
-    # The kernel's Python names changed between its versions 7 and 8.
     return getattr(cls, name + "_s", None) or getattr(cls, name)
 
 

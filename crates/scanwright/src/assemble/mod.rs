@@ -93,6 +93,11 @@ impl Try {
             Ok(alignment) => alignment,
             Err(error) => return failed(NotPlaced::NoPlace(error)),
         };
+        // Once more with what it explains alone: then the points, their middle and their spread are its own, and its
+        // symmetries are found.
+        let own = only(scan, &explained(&target, scan, &alignment));
+        let options = Options { start: Some(alignment.pose), ..Options::default() };
+        let alignment = align(&target, &own, &options).unwrap_or(alignment);
         let triangles = explained(&target, scan, &alignment);
         let area: f64 = triangles.iter().map(|t| scan.mesh.area(*t)).sum();
         let covered = area / model.mesh.total_area();
@@ -147,7 +152,16 @@ fn reach(tolerances: &Tolerances) -> f64 {
 
 /// The scan without triangles, given ascending.
 fn without(scan: &Part, taken: &[usize]) -> Part {
-    let (mesh, old_triangles, old_vertices) = scan.mesh.submesh(|t| taken.binary_search(&t).is_err());
+    part_of(scan, |t| taken.binary_search(&t).is_err())
+}
+
+/// Triangles of the scan, given ascending.
+fn only(scan: &Part, kept: &[usize]) -> Part {
+    part_of(scan, |t| kept.binary_search(&t).is_ok())
+}
+
+fn part_of(scan: &Part, keep: impl Fn(usize) -> bool) -> Part {
+    let (mesh, old_triangles, old_vertices) = scan.mesh.submesh(keep);
     let mut segmentation = scan.segmentation.clone();
     segmentation.labels = old_triangles.iter().map(|t| scan.segmentation.labels[*t as usize]).collect();
     Part {

@@ -139,19 +139,17 @@ fn copy(text: &[u8], next: &mut u64, body: &mut Vec<u8>) -> Result<Vec<Placeable
     let mut placeables = Vec::new();
     let mut inserted: BTreeMap<u64, u64> = BTreeMap::new();
     for Root { definition, representation, placement, millimetres } in roots {
-        let (item, frame) = match placement {
-            Some((id, frame)) => (numbers[&id], frame),
-            None => {
-                let frame = Frame::from_z(Point3::origin(), Vec3::z_axis());
-                let mut own = Entities::starting_at(*next as usize);
-                let item = own.placement(&frame) as u64;
-                body.extend(own.text().into_bytes());
-                body.push(b'\n');
-                *next = item + 1;
-                inserted.insert(representation, item);
-                (item, frame)
-            }
-        };
+        let known = placement.map(|(id, frame)| (numbers[&id], frame));
+        let (item, frame) = known.unwrap_or_else(|| {
+            let frame = Frame::from_z(Point3::origin(), Vec3::z_axis());
+            let mut own = Entities::starting_at(*next as usize);
+            let item = own.placement(&frame) as u64;
+            body.extend(own.text().into_bytes());
+            body.push(b'\n');
+            *next = item + 1;
+            inserted.insert(representation, item);
+            (item, frame)
+        });
         placeables.push(Placeable {
             definition: numbers[&definition] as usize,
             representation: numbers[&representation] as usize,

@@ -41,7 +41,7 @@ fn read_within(exchange: &Exchange, id: u64, chain: usize) -> Result<Curve, Step
     if entity.is("LINE") {
         let fields = entity.fields("LINE", 1);
         let direction = vector(exchange, fields.reference(1)?)?;
-        if !(direction.norm() > 0.0) {
+        if direction.norm() == 0.0 {
             return Err(entity.wrong("has a vector without length", "a direction"));
         }
         return Ok(Curve::Line { origin: point(exchange, fields.reference(0)?)?, direction });
@@ -55,9 +55,10 @@ fn read_within(exchange: &Exchange, id: u64, chain: usize) -> Result<Curve, Step
         let fields = entity.fields(if is_ellipse { "ELLIPSE" } else { "HYPERBOLA" }, 2);
         let semi_axes = (size(fields, 0)?, size(fields, 1)?);
         let frame = conic_frame(&entity, placed)?;
-        return Ok(match is_ellipse {
-            true => Curve::Ellipse { frame, semi_axes },
-            false => Curve::Hyperbola { frame, semi_axes },
+        return Ok(if is_ellipse {
+            Curve::Ellipse { frame, semi_axes }
+        } else {
+            Curve::Hyperbola { frame, semi_axes }
         });
     }
     if entity.is("PARABOLA") {
@@ -99,10 +100,7 @@ fn conic_frame(
 }
 
 pub(super) fn positive(entity: &Instance, x: f64) -> Result<f64, StepReadError> {
-    match x > 0.0 {
-        true => Ok(x),
-        false => Err(entity.wrong(format!("has a size of {x}"), "a positive size")),
-    }
+    if x > 0.0 { Ok(x) } else { Err(entity.wrong(format!("has a size of {x}"), "a positive size")) }
 }
 
 /// A polyline as a spline of degree one over its chords' lengths.
@@ -128,9 +126,10 @@ fn polyline(entity: &Instance, points: &[Point3]) -> Result<Curve, StepReadError
 fn spline(exchange: &Exchange, entity: &Instance) -> Result<Curve, StepReadError> {
     let base = entity.fields("B_SPLINE_CURVE", 1);
     let (degree, ids) = (base.count(0)?, base.references(1)?);
-    let weights = match entity.is("RATIONAL_B_SPLINE_CURVE") {
-        true => Some(entity.fields("RATIONAL_B_SPLINE_CURVE", 6).reals(0)?),
-        false => None,
+    let weights = if entity.is("RATIONAL_B_SPLINE_CURVE") {
+        Some(entity.fields("RATIONAL_B_SPLINE_CURVE", 6).reals(0)?)
+    } else {
+        None
     };
     if weights.as_ref().is_some_and(|w| w.len() != ids.len()) {
         return Err(entity.wrong("has another number of weights than of poles", "one weight per pole"));
@@ -180,10 +179,7 @@ pub(super) fn knots(
     let values = multiplicities.iter().zip(distinct).flat_map(|(m, t)| std::iter::repeat_n(*t, *m)).collect();
     let knots = Knots { degree, values };
     let (low, high) = knots.range();
-    match low < high {
-        true => Ok(knots),
-        false => Err(entity.wrong("has no range between its knots", "rising knots")),
-    }
+    if low < high { Ok(knots) } else { Err(entity.wrong("has no range between its knots", "rising knots")) }
 }
 
 /// Knots of the types that do not list them.
@@ -265,27 +261,12 @@ impl Curve {
             }
             Self::Parabola { frame, focal_length } => frame.local(p).y / (2.0 * focal_length),
             Self::Hyperbola { frame, semi_axes: (_, b) } => (frame.local(p).y / b).asinh(),
-            Self::Spline { starts, .. } => self.nearest(starts, |t| {
+            Self::Spline { starts, .. } => nearest(starts, |t| {
                 let (q, d, dd) = self.jet(t);
                 let off = q - p;
                 (off.norm_squared(), off.dot(&d), d.norm_squared() + off.dot(&dd))
             }),
         }
-    }
-
-    /// Parameter of a spline where `distance` (its value, half its slope and half its bend) is least.
-    pub(super) fn nearest(&self, starts: &[(f64, Point3)], distance: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
-        /// Starts that are followed.
-        const FOLLOWED: usize = 3;
-        let mut near: Vec<(f64, usize)> =
-            starts.iter().enumerate().map(|(i, (t, _))| (distance(*t).0, i)).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let ends = near.iter().take(FOLLOWED).map(|(_, i)| {
-            let before = starts[i.saturating_sub(1)].0;
-            let after = starts[(i + 1).min(starts.len() - 1)].0;
-            descend(starts[*i].0, (before, after), &distance)
-        });
-        ends.min_by(|a, b| distance(*a).0.total_cmp(&distance(*b).0)).unwrap_or(0.0)
     }
 
     /// The turn after which parameters come back; `None` where they never do.
@@ -355,24 +336,21 @@ impl Curve {
     /// The ends and the parameters between them where division begins.
     fn breaks(&self, a: f64, b: f64) -> Vec<f64> {
         let mut breaks = vec![a];
-        match self {
-            Self::Spline { curve, closed, .. } => {
-                let inner = curve.knots.breaks();
-                let period = if *closed { self.period() } else { None };
-                let shifts = period.map_or(vec![0.0], |p| vec![-p, 0.0, p]);
-                let all = shifts.iter().flat_map(|s| inner.iter().map(move |t| t + s));
-                let mut within: Vec<f64> = all.filter(|t| a.min(b) < *t && *t < a.max(b)).collect();
-                within.sort_by(f64::total_cmp);
-                if b < a {
-                    within.reverse();
-                }
-                breaks.extend(within);
+        if let Self::Spline { curve, closed, .. } = self {
+            let inner = curve.knots.breaks();
+            let period = if *closed { self.period() } else { None };
+            let shifts = period.map_or(vec![0.0], |p| vec![-p, 0.0, p]);
+            let all = shifts.iter().flat_map(|s| inner.iter().map(move |t| t + s));
+            let mut within: Vec<f64> = all.filter(|t| a.min(b) < *t && *t < a.max(b)).collect();
+            within.sort_by(f64::total_cmp);
+            if b < a {
+                within.reverse();
             }
-            _ => {
-                // Halves of a half turn are so short that bends between samples are seen.
-                const PIECES: usize = 4;
-                breaks.extend((1..PIECES).map(|i| a + (b - a) * i as f64 / PIECES as f64));
-            }
+            breaks.extend(within);
+        } else {
+            // Halves of a half turn are so short that bends between samples are seen.
+            const PIECES: usize = 4;
+            breaks.extend((1..PIECES).map(|i| a + (b - a) * i as f64 / PIECES as f64));
         }
         breaks.push(b);
         breaks
@@ -434,6 +412,21 @@ pub(super) const MOST_TURN: f64 = std::f64::consts::PI / 30.0;
 pub(super) const CLOSED: f64 = 1e-6;
 /// Share of a period within which a parameter is at the seam.
 const SEAM: f64 = 1e-7;
+
+/// Parameter of a spline where `distance` (its value, half its slope and half its bend) is least.
+pub(super) fn nearest(starts: &[(f64, Point3)], distance: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
+    /// Starts that are followed.
+    const FOLLOWED: usize = 3;
+    let mut near: Vec<(f64, usize)> =
+        starts.iter().enumerate().map(|(i, (t, _))| (distance(*t).0, i)).collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let ends = near.iter().take(FOLLOWED).map(|(_, i)| {
+        let before = starts[i.saturating_sub(1)].0;
+        let after = starts[(i + 1).min(starts.len() - 1)].0;
+        descend(starts[*i].0, (before, after), &distance)
+    });
+    ends.min_by(|a, b| distance(*a).0.total_cmp(&distance(*b).0)).unwrap_or(0.0)
+}
 
 /// The minimum of `distance` within `bounds` by Newton's method, by golden section where that leaves them.
 fn descend(start: f64, (low, high): (f64, f64), distance: &impl Fn(f64) -> (f64, f64, f64)) -> f64 {

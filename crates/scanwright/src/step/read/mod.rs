@@ -30,7 +30,7 @@ use shape::ShapeMesh;
 use structure::Placed;
 
 /// Most triangles of all placed shapes together.
-const MOST_TRIANGLES: usize = 50_000_000;
+const MOST_TRIANGLES: usize = 20_000_000;
 
 /// Reads the faces of all solids, shells and surface models of a STEP file, where its assemblies place them.
 ///
@@ -43,20 +43,20 @@ pub fn read(text: &[u8]) -> Result<PriorModel, StepReadError> {
     let mut model = PriorModel { millimetres: structure.units.millimetres, ..PriorModel::default() };
     model.unread = structure.unread;
     for placed in &structure.placed {
-        let key = (placed.item, placed.units.radians.to_bits());
-        if !shapes.contains_key(&key) {
+        let shape = shapes.entry((placed.item, placed.units.radians.to_bits())).or_insert_with(|| {
             let shape = shape::mesh(&exchange, placed.item, placed.units.radians).unwrap_or_else(|error| {
                 let unread = vec![format!("shape #{} is left out: {error}", placed.item)];
                 ShapeMesh { unread, ..ShapeMesh::default() }
             });
             model.unread.extend(shape.unread.iter().cloned());
-            shapes.insert(key, shape);
-        }
-        add(&mut model, &shapes[&key], placed)?;
+            shape
+        });
+        add(&mut model, shape, placed)?;
     }
-    match model.mesh.triangles.is_empty() {
-        true => Err(StepReadError::NoFaces { first: model.unread.into_iter().next() }),
-        false => Ok(model),
+    if model.mesh.triangles.is_empty() {
+        Err(StepReadError::NoFaces { first: model.unread.into_iter().next() })
+    } else {
+        Ok(model)
     }
 }
 

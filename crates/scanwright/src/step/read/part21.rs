@@ -148,9 +148,10 @@ impl<'a> Exchange<'a> {
         let mut scan = Scan { text: &self.text[..place.end], at: place.start, line: place.line };
         let leaves = scan.leaves()?;
         scan.skip_blank()?;
-        match scan.rest().is_empty() {
-            true => Ok(Instance { id, leaves }),
-            false => Err(scan.unexpected("the end of the entity")),
+        if scan.rest().is_empty() {
+            Ok(Instance { id, leaves })
+        } else {
+            Err(scan.unexpected("the end of the entity"))
         }
     }
 }
@@ -355,7 +356,7 @@ impl<'a> Scan<'a> {
     }
 
     fn advance(&mut self, n: usize) {
-        self.line += self.rest()[..n].iter().filter(|b| **b == b'\n').count();
+        self.line += self.rest()[..n].iter().map(|b| usize::from(*b == b'\n')).sum::<usize>();
         self.at += n;
     }
 

@@ -1,6 +1,6 @@
 //! A surface with its two parameters, both ways.
 
-use super::curve::{Curve, MOST_TURN};
+use super::curve::{Curve, MOST_TURN, nearest};
 use super::nurbs::NurbsSurface;
 use crate::math::{Frame, Point3, Vec3, try_unit};
 use crate::surface::Surface;
@@ -182,7 +182,7 @@ impl Patch {
             Shape::Extrusion { curve, direction, starts } => {
                 let along = direction.normalize();
                 let across = |w: &Vec3| w - along * w.dot(&along);
-                let u = curve.nearest(starts, |t| {
+                let u = nearest(starts, |t| {
                     let (q, d, dd) = curve.jet(t);
                     let (off, d, dd) = (across(&(q - p)), across(&d), across(&dd));
                     (off.norm_squared(), off.dot(&d), d.norm_squared() + off.dot(&dd))
@@ -190,7 +190,7 @@ impl Patch {
                 [u, (p - curve.point(u)).dot(direction) / direction.norm_squared()]
             }
             Shape::Revolution { curve, starts } => {
-                let v = curve.nearest(starts, |t| self.profile_distance(curve, t, (rho, local.z)));
+                let v = nearest(starts, |t| self.profile_distance(curve, t, (rho, local.z)));
                 let on_curve = self.frame.local(&curve.point(v));
                 let u = around - on_curve.y.atan2(on_curve.x);
                 [u, v]

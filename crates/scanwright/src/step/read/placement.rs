@@ -127,13 +127,9 @@ pub(super) fn frame(exchange: &Exchange, id: u64) -> Result<Frame, StepReadError
         return Err(entity.wrong(format!("is {}", entity.kind()), "AXIS2_PLACEMENT_3D"));
     }
     let origin = point(exchange, entity.fields("PLACEMENT", 1).reference(0)?)?;
-    let (axis, reference) = match entity.leaves.len() {
-        1 => (entity.all_fields().optional(2), entity.all_fields().optional(3)),
-        _ => {
-            let fields = entity.fields("AXIS2_PLACEMENT_3D", 2);
-            (fields.optional(0), fields.optional(1))
-        }
-    };
+    let name = if entity.is("AXIS2_PLACEMENT_3D") { "AXIS2_PLACEMENT_3D" } else { "AXIS1_PLACEMENT" };
+    let fields = entity.fields(name, 2);
+    let (axis, reference) = (fields.optional(0), fields.optional(1));
     let z = axis.map_or(Ok(Vec3::z_axis()), |id| direction(exchange, id))?;
     let wanted = reference.map_or(Ok(Vec3::x_axis()), |id| direction(exchange, id))?;
     Ok(frame_of(origin, z, &wanted))

@@ -393,6 +393,12 @@ fn loops(
                 }
             }
         }
+        if ids.iter().any(|v| vertices.points[*v as usize].iter().any(|x| !x.is_finite())) {
+            return Err(StepReadError::Face {
+                id: face.id,
+                reason: "a curve of its border is beyond all numbers",
+            });
+        }
         if face.text.same_sense == face.patch.mirrored {
             ids.reverse();
         }
@@ -411,6 +417,9 @@ fn triangles(
     let attempt = |patch: &Patch, loops: &[Vec<Corner>]| {
         let mut laid = layout(patch, loops, tolerance, at_pole(tolerance))?;
         let triangles = fill(patch, &mut laid, points, tolerance).ok_or("its numbers are too large")?;
+        if laid.own.iter().any(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err("its numbers are too large");
+        }
         if triangles.is_empty() { Err("its border encloses nothing") } else { Ok((laid, triangles)) }
     };
     let first = match attempt(&face.patch, loops) {

@@ -102,9 +102,10 @@ pub(in crate::step) fn roots(exchange: &Exchange) -> Result<Vec<Root>, StepReadE
         let millimetres = walk.units(representation).millimetres;
         roots.push(Root { definition: *definition, representation, placement, millimetres });
     }
-    match roots.is_empty() {
-        true => Err(StepReadError::NoFaces { first: Some("no product has a shape".into()) }),
-        false => Ok(roots),
+    if roots.is_empty() {
+        Err(StepReadError::NoFaces { first: Some("no product has a shape".into()) })
+    } else {
+        Ok(roots)
     }
 }
 
@@ -382,14 +383,14 @@ impl<'a, 'x> Walk<'a, 'x> {
         })?;
         let into = Motion::scaling(ratio(&self.units(child.representation), units));
         let whole = to.after(&into).after(&back);
-        match whole.is_finite() {
-            true => Ok(whole),
-            false => Err(StepReadError::Entity {
-                id: child.to.unwrap_or(child.representation),
-                found: "is beyond all numbers".into(),
-                expected: "a placement",
-            }),
+        if whole.is_finite() {
+            return Ok(whole);
         }
+        Err(StepReadError::Entity {
+            id: child.to.unwrap_or(child.representation),
+            found: "is beyond all numbers".into(),
+            expected: "a placement",
+        })
     }
 
     /// Notes the shapes among the items of a representation; its mapped items.

@@ -148,7 +148,7 @@ fn cone(
     if slope == 0.0 && radius > 0.0 {
         return Ok(analytic(Shape::Cylinder { radius }, frame));
     }
-    if !(half_angle.abs() < std::f64::consts::FRAC_PI_2) || slope == 0.0 || radius < 0.0 {
+    if half_angle.abs() >= std::f64::consts::FRAC_PI_2 || slope == 0.0 || radius < 0.0 {
         let found = format!("has radius {radius} and half angle {half_angle} rad");
         return Err(entity.wrong(found, "a radius and an acute angle"));
     }
@@ -203,13 +203,11 @@ fn extrusion(exchange: &Exchange, entity: &Instance) -> Result<Patch, StepReadEr
 /// Points of a profile from which projections start.
 fn starts(curve: &Curve) -> Vec<(f64, Point3)> {
     const ROUND: usize = 64;
-    match curve {
-        Curve::Spline { starts, .. } => starts.clone(),
-        _ => {
-            let at = (0..=ROUND).map(|i| std::f64::consts::TAU * i as f64 / ROUND as f64);
-            at.map(|t| (t, curve.point(t))).collect()
-        }
+    if let Curve::Spline { starts, .. } = curve {
+        return starts.clone();
     }
+    let at = (0..=ROUND).map(|i| std::f64::consts::TAU * i as f64 / ROUND as f64);
+    at.map(|t| (t, curve.point(t))).collect()
 }
 
 fn revolution(exchange: &Exchange, entity: &Instance, border: &[Point3]) -> Result<Patch, StepReadError> {
@@ -306,14 +304,16 @@ fn turned_circle(frame: &Frame, circle: &Frame, radius: f64, border: &[Point3]) 
         return None;
     }
     let at = Frame { origin: frame.origin + frame.z.into_inner() * center.z, ..*frame };
-    let mut patch = match major <= SAME * radius {
-        true => analytic(Shape::Sphere { radius }, at),
-        false => torus(at, (major, radius), false, border),
+    let mut patch = if major <= SAME * radius {
+        analytic(Shape::Sphere { radius }, at)
+    } else {
+        torus(at, (major, radius), false, border)
     };
     // The outermost point of the circle: the turn crossed with the circle's direction there.
-    let outward = match major <= SAME * radius {
-        true => frame.z.cross(&circle.z).normalize(),
-        false => (circle.origin - at.origin).normalize(),
+    let outward = if major <= SAME * radius {
+        frame.z.cross(&circle.z).normalize()
+    } else {
+        (circle.origin - at.origin).normalize()
     };
     let of_file = frame.z.cross(&outward).cross(&circle.z.cross(&outward));
     patch.mirrored = of_file.dot(&outward) < 0.0;
@@ -325,9 +325,10 @@ fn spline(exchange: &Exchange, entity: &Instance) -> Result<Patch, StepReadError
     let degrees = [base.count(0)?, base.count(1)?];
     let rows = base.rows(2)?;
     let n = [rows.len(), rows.first().map_or(0, super::part21::Fields::len)];
-    let weights = match entity.is("RATIONAL_B_SPLINE_SURFACE") {
-        true => Some(entity.fields("RATIONAL_B_SPLINE_SURFACE", 8).rows(0)?),
-        false => None,
+    let weights = if entity.is("RATIONAL_B_SPLINE_SURFACE") {
+        Some(entity.fields("RATIONAL_B_SPLINE_SURFACE", 8).rows(0)?)
+    } else {
+        None
     };
     let mut poles: Vec<Pole> = Vec::new();
     for (i, row) in rows.iter().enumerate() {

@@ -48,10 +48,8 @@ fn size(exchange: &Exchange, unit: &Instance, chain: usize) -> Result<f64, StepR
     }
     if unit.is("SI_UNIT") {
         let fields = unit.fields("SI_UNIT", 1);
-        return Ok(fields
-            .word(0)
-            .map_or(Some(1.0), prefix)
-            .ok_or_else(|| unit.wrong("has an unknown prefix", "a prefix of the SI"))?);
+        let size = fields.word(0).map_or(Some(1.0), prefix);
+        return size.ok_or_else(|| unit.wrong("has an unknown prefix", "a prefix of the SI"));
     }
     if !unit.is("CONVERSION_BASED_UNIT") {
         return Err(unit.wrong(format!("is {}", unit.kind()), "a unit of the SI or one based on it"));
@@ -60,9 +58,10 @@ fn size(exchange: &Exchange, unit: &Instance, chain: usize) -> Result<f64, StepR
     let fields = measure_fields(&measure);
     let (value, base) = (fields.real(0)?, exchange.get(fields.reference(1)?)?);
     let size = value * size(exchange, &base, chain - 1)?;
-    match size.is_finite() && size > 0.0 {
-        true => Ok(size),
-        false => Err(unit.wrong(format!("is {value} of its base"), "a positive size")),
+    if size.is_finite() && size > 0.0 {
+        Ok(size)
+    } else {
+        Err(unit.wrong(format!("is {value} of its base"), "a positive size"))
     }
 }
 
