@@ -10,6 +10,8 @@ const LEAF: usize = 4;
 #[derive(Debug, Clone)]
 pub struct Nearest {
     corners: Vec<[Point3; 3]>,
+    /// One per triangle of `corners`: its place in the mesh.
+    triangles: Vec<u32>,
     pseudonormals: Vec<Pseudonormals>,
     nodes: Vec<Node>,
 }
@@ -56,11 +58,16 @@ impl Nearest {
         let all = pseudonormals(mesh, &normals);
         let corners = order.iter().map(|&t| mesh.corners(t as usize)).collect();
         let pseudonormals = order.iter().map(|&t| all[t as usize].clone()).collect();
-        Some(Self { corners, pseudonormals, nodes })
+        Some(Self { corners, triangles: order, pseudonormals, nodes })
     }
 
     /// Distance of `point` to the mesh, positive outside.
     pub fn signed_distance(&self, point: &Point3) -> f64 {
+        self.triangle_and_distance(point).1
+    }
+
+    /// The nearest triangle's place in the mesh, and the distance of `point` to it, positive outside.
+    pub fn triangle_and_distance(&self, point: &Point3) -> (usize, f64) {
         let (mut best_sq, mut best) = (f64::INFINITY, (0, Feature::Inside, *point));
         let mut stack = vec![(0_usize, self.distance_sq_to_box(0, point))];
         while let Some((i, box_sq)) = stack.pop() {
@@ -92,7 +99,7 @@ impl Nearest {
             Feature::Inside => normals.triangle,
         };
         let inside = (point - closest).dot(&outward) < 0.0;
-        if inside { -best_sq.sqrt() } else { best_sq.sqrt() }
+        (self.triangles[t] as usize, if inside { -best_sq.sqrt() } else { best_sq.sqrt() })
     }
 
     fn distance_sq_to_box(&self, node: usize, point: &Point3) -> f64 {
