@@ -8,6 +8,7 @@ use scanwright::math::{UnitVec3, Vec3};
 use scanwright::pipeline::{self, Code as WarningCode, Fallback, Options, Reconstruction, Warning};
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
+use scanwright::script::{self, Script, ScriptOptions};
 use scanwright::step::{self, Schema, StepOptions};
 
 use crate::args::{ConvertArgs, FallbackFlag, KnownFlag, PipelineFlag, SchemaFlag};
@@ -31,7 +32,11 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
         return Err(Failure::Strict(names(&result.fallbacks())));
     }
     console.note(Stage::Write, 0.0);
+    let script = args.script.as_ref().map(|_| script_of(args, units, &result));
     let mut files = results(args, &file, &options, units, &result, known.as_deref());
+    if let (Some(path), Some(script)) = (&args.script, &script) {
+        files.push((path, script.text.clone().into_bytes()));
+    }
     console.note(Stage::Write, 0.5);
     let timings = console.timings();
     if let Some(path) = &args.timings {
@@ -43,7 +48,7 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     if !args.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
         let known = known.as_deref().unwrap_or_default();
-        print!("{}", summary::of_run(&args.scan, &file, units, (&result, &options), known, &written));
+        print!("{}", summary::of_run(&args.scan, &file, units, (&result, &options), known, script.as_ref(), &written));
         console.log(&summary::timings_line(&console.timings()));
     }
     let refused = result.fallbacks().into_iter().any(|fallback| !args.allow.contains(&flag_of(fallback)));
@@ -118,6 +123,16 @@ fn results<'a>(
     files
 }
 
+fn script_of(args: &ConvertArgs, units: Units, result: &Reconstruction) -> Script {
+    let options = ScriptOptions {
+        name: args.output.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        unit: units.name().to_owned(),
+        seed: args.seed,
+        ..ScriptOptions::new(&result.tolerances)
+    };
+    script::write(&result.model.solids, &result.model.primitives, &options)
+}
+
 fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> String {
     let schema = match args.schema {
         SchemaFlag::Ap242 => Schema::Ap242,
@@ -141,7 +156,7 @@ fn options(args: &ConvertArgs) -> Options {
 }
 
 fn output_paths(args: &ConvertArgs) -> Vec<&Path> {
-    let optional = [&args.json, &args.segments, &args.picture, &args.timings];
+    let optional = [&args.json, &args.segments, &args.picture, &args.script, &args.timings];
     let optional = optional.into_iter().flatten().map(std::path::PathBuf::as_path);
     std::iter::once(args.output.as_path()).chain(optional).collect()
 }

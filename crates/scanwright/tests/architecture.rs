@@ -15,7 +15,7 @@ const RANKS: &[&[&str]] = &[
     &["regularize"],
     &["brep"],
     &["step", "deviation", "render"],
-    &["pipeline"],
+    &["pipeline", "script"],
     &["report"],
 ];
 

@@ -27,15 +27,8 @@ pub(super) fn sweeps(body: &Body, tolerance: f64) -> Vec<Sweep> {
     let directions = directions(body, angle);
     let Some(main) = directions.first().copied() else { return Vec::new() };
     let middle = nalgebra::center(&body.bounds.0, &body.bounds.1);
-    // All profiles share the first directions of the part, so that coordinates are lengths along its faces.
-    let beside = |z: &UnitVec3| {
-        let perpendicular = directions.iter().find(|d| d.dot(z).abs() < 1e-9).copied();
-        perpendicular.or_else(|| try_unit(z.cross(&main)))
-    };
-    let frame = |origin: Point3, z: UnitVec3| match beside(&z) {
-        Some(x) => Frame { origin, x, y: UnitVec3::new_normalize(z.cross(&x)), z },
-        None => Frame::from_z(origin, z),
-    };
+    let own = own_frame(middle, main, &directions);
+    let frame = |origin: Point3, z: UnitVec3| turned_to(&own, origin, z);
     let along = directions.iter().take(MOST_DIRECTIONS).map(|z| Sweep { motion: Motion::Along, frame: frame(middle, *z) });
     let axes = axes(body, &directions, tolerance, angle);
     let around = axes.iter().take(MOST_AXES).map(|a| {
@@ -43,6 +36,34 @@ pub(super) fn sweeps(body: &Body, tolerance: f64) -> Vec<Sweep> {
     });
     along.chain(around).collect()
 }
+
+/// The frame of the part: its first direction upward, the next one across it beside.
+fn own_frame(origin: Point3, z: UnitVec3, directions: &[UnitVec3]) -> Frame {
+    match directions.iter().find(|d| d.dot(&z).abs() < ACROSS) {
+        Some(x) => Frame { origin, x: *x, y: UnitVec3::new_normalize(z.cross(x)), z },
+        None => Frame::from_z(origin, z),
+    }
+}
+
+/// A frame with a third direction whose others are those of the part in turn, so that the coordinates of all profiles
+/// are lengths along its faces.
+fn turned_to(own: &Frame, origin: Point3, z: UnitVec3) -> Frame {
+    let axes = [own.x, own.y, own.z];
+    for i in 0..3 {
+        if axes[i].dot(&z).abs() > 1.0 - ACROSS {
+            let (z, x, y) = (axes[i], axes[(i + 1) % 3], axes[(i + 2) % 3]);
+            return Frame { origin, x, y, z };
+        }
+    }
+    let across = axes.iter().find(|a| a.dot(&z).abs() < ACROSS).copied();
+    match across.or_else(|| try_unit(z.cross(&own.z))) {
+        Some(x) => Frame { origin, x, y: UnitVec3::new_normalize(z.cross(&x)), z },
+        None => Frame::from_z(origin, z),
+    }
+}
+
+/// Rounding of directions that were made perpendicular.
+const ACROSS: f64 = 1e-9;
 
 /// Radians below which two directions are one however long the part: form deviations are larger.
 const MIN_ANGLE: f64 = 0.005;

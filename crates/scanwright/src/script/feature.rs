@@ -150,6 +150,53 @@ impl Feature {
         self.bounds
     }
 
+    /// The feature over the range of both, if both sweep one profile along one direction.
+    pub(super) fn joined(&self, other: &Self) -> Option<Self> {
+        let is_one = self.sweep == other.sweep
+            && self.sign == other.sign
+            && self.sweep.motion == Motion::Along
+            && self.rings.len() == other.rings.len()
+            && self.rings.iter().zip(&other.rings).all(|(a, b)| a.polygon == b.polygon);
+        if !is_one {
+            return None;
+        }
+        let mut joined = self.clone();
+        for (end, is_farther) in [other.range.0 < self.range.0, other.range.1 > self.range.1].into_iter().enumerate() {
+            if is_farther {
+                *[&mut joined.range.0, &mut joined.range.1][end] = [other.range.0, other.range.1][end];
+                joined.caps[end].clone_from(&other.caps[end]);
+                joined.capped[end] = other.capped[end];
+            }
+        }
+        for (ring, more) in joined.rings.iter_mut().zip(&other.rings) {
+            for (segment, more) in ring.segments.iter_mut().zip(&more.segments) {
+                segment.backed = segment.backed.max(more.backed);
+            }
+        }
+        Some(joined)
+    }
+
+    /// Points all over it.
+    pub(super) fn samples(&self) -> Vec<Point3> {
+        const ACROSS: usize = 12;
+        let (low, high) = self.bounds;
+        let step = 1.0 / ACROSS as f64;
+        let at = |i: usize| (i as f64 + 0.5) * step;
+        let mut points = Vec::new();
+        for i in 0..ACROSS {
+            for j in 0..ACROSS {
+                let p = Point2::new(low.x + (high.x - low.x) * at(i), low.y + (high.y - low.y) * at(j));
+                if is_inside(self.rings.iter().map(|r| r.polygon.as_slice()), &p) {
+                    let moved = (0..4 * ACROSS).map(|k| (k as f64 + 0.5) / (4 * ACROSS) as f64);
+                    points.extend(moved.map(|t| {
+                        self.sweep.point(&p, self.range.0 + (self.range.1 - self.range.0) * t)
+                    }));
+                }
+            }
+        }
+        points
+    }
+
     pub(super) fn contains(&self, point: &Point3) -> bool {
         let (profile, moved) = self.sweep.coordinates(point);
         let in_range = match self.sweep.motion {

@@ -13,16 +13,13 @@ use crate::par;
 use crate::random::Rng;
 
 /// Curves of one grid, the largest faces first: cells grow with their square.
-const MOST_CURVES: usize = 64;
+const MOST_CURVES: usize = 48;
 /// Levels of one grid.
-const MOST_LEVELS: usize = 40;
+const MOST_LEVELS: usize = 30;
 /// Blocks of one grid.
-const MOST_BLOCKS: usize = 40_000;
+const MOST_BLOCKS: usize = 8000;
 /// Share of the body's size that the rectangle of a profile goes beyond it.
 const MARGIN: f64 = 0.05;
-/// How much worse a wrong volume is than a missing one: what is missing can be added by a later feature, what is wrong
-/// needs one of its own to be taken away.
-const WRONG: f64 = 3.0;
 
 /// A cell over one range of the motion.
 #[derive(Debug, Clone)]
@@ -68,7 +65,7 @@ pub(super) struct Grid {
 pub(super) struct Choice {
     /// One per block.
     pub(super) is_in: Vec<bool>,
-    /// Volume set right less [`WRONG`] times the volume set wrong.
+    /// Volume set right less `wrong` times the volume set wrong.
     pub(super) gain: f64,
 }
 
@@ -90,12 +87,16 @@ impl Grid {
             levels.truncate(MOST_LEVELS);
         }
         let slabs = slabs(&sweep, &mut levels, range, tolerance);
-        let shapes: Vec<Curve> = curves.iter().map(|c| c.curve).collect();
-        let plane = Arrangement::new(&shapes, low, high, tolerance)?;
-        let n_blocks = plane.cells.len() * slabs.len();
-        if n_blocks > MOST_BLOCKS || n_blocks == 0 {
-            return None;
-        }
+        let plane = loop {
+            let shapes: Vec<Curve> = curves.iter().map(|c| c.curve).collect();
+            let plane = Arrangement::new(&shapes, low, high, tolerance);
+            match plane {
+                Some(plane) if plane.cells.len() * slabs.len() <= MOST_BLOCKS => break plane,
+                // The last curves bound least.
+                _ if curves.len() > 4 => curves.truncate(curves.len() * 3 / 4),
+                _ => return None,
+            }
+        };
         let mut grid = Self {
             sweep,
             traces: curves,
@@ -240,26 +241,38 @@ impl Grid {
         }
     }
 
-    /// The blocks that a feature of a sign should be made of, given what there is.
-    pub(super) fn choose(&self, sign: Sign, tolerance: f64) -> Choice {
-        /// Share of an open block that counts as gained, so that bodies are whole where holes are drilled.
-        const OPEN: f64 = 0.02;
-        let worth: Vec<(f64, f64)> = par::map(&self.blocks, |block| {
+    /// What any choice of blocks can set right at most.
+    pub(super) fn most(&self, sign: Sign, wrong: f64) -> f64 {
+        self.worth(sign, wrong).iter().map(|w| w.0.max(0.0)).sum()
+    }
+
+    /// One per block: what it sets right less what it sets wrong; how much of it does not matter.
+    fn worth(&self, sign: Sign, wrong_counts: f64) -> Vec<(f64, f64)> {
+        par::map(&self.blocks, |block| {
             let n = block.samples.len().max(1) as f64;
             let (mut right, mut wrong, mut open) = (0.0, 0.0, 0.0);
             for i in 0..block.samples.len() {
                 let inside = block.inside[i];
                 let is_open = !inside && block.drilled[i];
                 match (sign, inside, block.there[i]) {
-                    (_, false, _) if is_open => open += 1.0,
+                    (_, false, there) if is_open => {
+                        open += f64::from(u8::from(there != (sign == Sign::Add)));
+                    }
                     (Sign::Add, true, false) | (Sign::Cut, false, true) => right += 1.0,
                     (Sign::Add, false, false) | (Sign::Cut, true, true) => wrong += 1.0,
                     _ => {}
                 }
             }
-            let bonus = if sign == Sign::Add { OPEN * open } else { -OPEN * open };
-            ((right - WRONG * wrong) * block.volume / n, bonus * block.volume / n)
-        });
+            ((right - wrong_counts * wrong) * block.volume / n, open * block.volume / n)
+        })
+    }
+
+    /// The blocks that a feature of a sign should be made of, given what there is.
+    pub(super) fn choose(&self, sign: Sign, wrong: f64, tolerance: f64) -> Choice {
+        /// Share of an open block that counts as gained, so that bodies are whole where holes are drilled.
+        const OPEN: f64 = 0.05;
+        let bonus = if sign == Sign::Add { OPEN } else { -OPEN };
+        let worth: Vec<(f64, f64)> = self.worth(sign, wrong).into_iter().map(|w| (w.0, w.1 * bonus)).collect();
         // A thickness of half the tolerance is worth as much as the wall that it needs.
         let scale = 1.0 / (0.5 * tolerance);
         let total: f64 = self.blocks.iter().map(|b| b.volume).sum::<f64>() * scale;

@@ -39,7 +39,29 @@ pub(super) fn holes(body: &Body, grid: &Grid) -> Vec<Feature> {
     if !any {
         return Vec::new();
     }
-    let pairs = grid.pairs().into_iter().map(|(a, b, cost)| (a, b, cost / total)).collect();
+    // What reaches the end of the rectangle ends in the open there.
+    for (s, side) in grid.plane.sides.iter().enumerate() {
+        let density = grid.sweep.density(&grid.plane.middle(s));
+        if let [Some(cell), None] | [None, Some(cell)] = side.cells {
+            gains[cell] -= grid.plane.length(s) * std::f64::consts::TAU * density / total;
+        }
+    }
+    /// What a straight wall costs where another hole crosses it, as a share: it goes on there rather than ends twice.
+    const CROSSED: f64 = 0.02;
+    let is_straight = |c: &usize| {
+        round.get(*c).copied().unwrap_or(false)
+            && matches!(grid.plane.curves[*c], Curve::Line { direction, .. } if direction.x.abs() < 1e-3)
+    };
+    let runs_on = |a: usize, b: usize| {
+        let border = &grid.plane.cells[a].border;
+        border.iter().any(|&(side, forward)| {
+            let s = &grid.plane.sides[side];
+            s.cells[usize::from(forward)] == Some(b)
+                && s.curves.iter().any(is_straight)
+        })
+    };
+    let pairs = grid.pairs().into_iter();
+    let pairs = pairs.map(|(a, b, cost)| (a, b, if runs_on(a, b) { CROSSED * cost / total } else { cost / total })).collect();
     grid.features(&Labelling { gains, pairs }.solve(), Sign::Cut)
 }
 

@@ -1,9 +1,8 @@
 //! Features that end where nothing is are made a little longer there: a hole beyond the mouth it opens in, a boss into
 //! the body it stands on. Faces that only touch leave films and gaps in a kernel's hands.
 
-use super::body::Body;
 use super::curve::{Curve, cross};
-use super::feature::{Feature, Ring};
+use super::feature::{Feature, Ring, Segment};
 use super::sweep::{Motion, Point2};
 use crate::math::Point3;
 
@@ -14,7 +13,6 @@ const MOVES: f64 = 4.0;
 
 /// `feature` with its open ends moved outward where `may_hold` holds for all that it gains.
 pub(super) fn overlapped(
-    body: &Body,
     mut feature: Feature,
     tolerance: f64,
     may_hold: impl Fn(&Point3) -> bool,
@@ -33,11 +31,14 @@ pub(super) fn overlapped(
                 .all(|(p, moved)| may_hold(&feature.sweep.point(&p, moved)));
             if is_free {
                 *[&mut feature.range.0, &mut feature.range.1][end] += sign * by;
+                feature.caps[end].clear();
+                feature.capped[end] = 0.0;
             }
         }
     }
     for r in 0..feature.rings.len() {
-        for s in 0..feature.rings[r].segments.len() {
+        // From the last: steps that are put in do not move those before.
+        for s in (0..feature.rings[r].segments.len()).rev() {
             let Some(ring) = moved_out(&feature.rings[r], s, by) else { continue };
             let is_free = gained(&feature, &feature.rings[r].segments[s], by)
                 .into_iter()
@@ -48,12 +49,11 @@ pub(super) fn overlapped(
         }
     }
     feature.refresh();
-    let _ = body;
     feature
 }
 
-/// A ring with one open straight segment moved to its right; `None` when it is a face, or its neighbours are not
-/// straight.
+/// A ring with one open straight segment moved to its right; `None` when it is a face. Straight neighbours are made
+/// longer or shorter, others are left as they are and joined by a step.
 fn moved_out(ring: &Ring, s: usize, by: f64) -> Option<Ring> {
     let n = ring.segments.len();
     let segment = &ring.segments[s];
@@ -63,24 +63,50 @@ fn moved_out(ring: &Ring, s: usize, by: f64) -> Option<Ring> {
     }
     let along = (segment.to - segment.from).normalize();
     let shift = Point2::new(along.y, -along.x) * by;
-    let (before, after) = (&ring.segments[(s + n - 1) % n], &ring.segments[(s + 1) % n]);
-    let crossing = |other: &super::feature::Segment, end: Point2| -> Option<Point2> {
-        let Curve::Line { .. } = other.curve else { return None };
-        let direction = (other.to - other.from).normalize();
-        let sine = cross(&along, &direction);
-        // A neighbour that runs nearly along would be met far away.
-        (sine.abs() > 0.3).then(|| end + direction * (cross(&along, &shift) / cross(&along, &direction)))
-    };
-    let (from, to) = (crossing(before, segment.from)?, crossing(after, segment.to)?);
+    let (before, after) = ((s + n - 1) % n, (s + 1) % n);
+    let from = crossing(&ring.segments[before], along, shift, segment.from);
+    let to = crossing(&ring.segments[after], along, shift, segment.to);
     let mut segments = ring.segments.clone();
-    segments[(s + n - 1) % n].to = from;
-    segments[s].from = from;
-    segments[s].to = to;
-    segments[(s + 1) % n].from = to;
-    let point = segment.from + shift;
-    segments[s].curve = Curve::Line { point, direction: along };
-    segments[s].middle = (from + to) * 0.5;
+    if let Some(from) = from {
+        segments[before].to = from;
+    }
+    if let Some(to) = to {
+        segments[after].from = to;
+    }
+    let (start, end) = (from.unwrap_or(segment.from + shift), to.unwrap_or(segment.to + shift));
+    segments[s] = straight(start, end);
+    if to.is_none() {
+        segments.insert(s + 1, straight(end, segment.to));
+    }
+    if from.is_none() {
+        segments.insert(s, straight(segment.from, start));
+    }
     Some(Ring::new(segments))
+}
+
+/// Where a straight neighbour that ends at `end` meets the moved line; `None` when it does not, or would far away.
+fn crossing(neighbour: &Segment, along: Point2, shift: Point2, end: Point2) -> Option<Point2> {
+    /// Sine of the angle between them.
+    const STEEP: f64 = 0.3;
+    let Curve::Line { .. } = neighbour.curve else { return None };
+    let direction = (neighbour.to - neighbour.from).normalize();
+    let sine = cross(&along, &direction);
+    let at = end + direction * (cross(&along, &shift) / sine);
+    (sine.abs() > STEEP && at.x >= 0.0_f64.min(end.x)).then_some(at)
+}
+
+/// A side that is no face.
+fn straight(from: Point2, to: Point2) -> Segment {
+    let direction = (to - from).normalize();
+    Segment {
+        curve: Curve::Line { point: from, direction },
+        faces: Vec::new(),
+        from,
+        to,
+        middle: (from + to) * 0.5,
+        forward: true,
+        backed: 0.0,
+    }
 }
 
 fn is_on_axis(a: Point2, b: Point2) -> bool {
@@ -88,7 +114,7 @@ fn is_on_axis(a: Point2, b: Point2) -> bool {
 }
 
 /// Points of what a feature gains when a segment is moved out.
-fn gained(feature: &Feature, segment: &super::feature::Segment, by: f64) -> Vec<Point3> {
+fn gained(feature: &Feature, segment: &Segment, by: f64) -> Vec<Point3> {
     const ALONG: usize = 8;
     const MOVED: usize = 16;
     let along = (segment.to - segment.from).normalize();

@@ -23,11 +23,19 @@ const MOST_STEPS: usize = 60;
 const LEAST: f64 = 2e-5;
 /// Share of the volume that a further feature of a step must be worth: one feature is easier to edit than two.
 const PER_FEATURE: f64 = 2e-3;
-/// What is wrong counts so many times.
-const WRONG: f64 = 3.0;
+/// How a search goes about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Strategy {
+    /// How many times a wrong volume counts. Few: large features that later ones correct, as pockets correct a block.
+    /// Many: features that are right as they are.
+    pub(super) wrong: f64,
+    /// Lengths below it are noise.
+    pub(super) tolerance: f64,
+    pub(super) seed: u64,
+}
 
-/// The features of a solid. Lengths below `tolerance` are noise.
-pub(super) fn search(body: &Body, tolerance: f64, seed: u64) -> Model {
+/// The grids of a body, with nothing found.
+pub(super) fn grids(body: &Body, tolerance: f64, seed: u64) -> Vec<Grid> {
     let mut grids: Vec<Grid> = Vec::new();
     for sweep in sweeps(body, tolerance) {
         if sweep.motion == Motion::Around {
@@ -36,6 +44,12 @@ pub(super) fn search(body: &Body, tolerance: f64, seed: u64) -> Model {
         let parts = Grid::new(body, sweep, false, tolerance, seed);
         grids.extend(parts.filter(|g| !g.is_whole));
     }
+    grids
+}
+
+/// The features of a solid, looked for in `grids`.
+pub(super) fn search(body: &Body, mut grids: Vec<Grid>, strategy: &Strategy) -> Model {
+    let Strategy { tolerance, seed, .. } = *strategy;
     let volume = body.volume().abs();
     let mut model = Model::default();
     for g in 0..grids.len() {
@@ -47,19 +61,47 @@ pub(super) fn search(body: &Body, tolerance: f64, seed: u64) -> Model {
             if worth.right < LEAST * volume || worth.wrong > 0.02 * worth.right {
                 continue;
             }
-            let hole = overlapped(body, hole, tolerance, |p| !body.contains(p));
+            let hole = overlapped(hole, tolerance, |p| !body.contains(p));
             grids.iter_mut().for_each(|grid| grid.note_hole(&hole));
             model.holes.push(hole);
         }
     }
     for _ in 0..MOST_STEPS {
-        let Some(features) = step(body, &grids, &model, volume, tolerance, seed) else { break };
+        let Some(features) = step(body, &grids, &model, volume, strategy) else { break };
         for feature in features {
             grids.iter_mut().for_each(|grid| grid.note(&feature));
             model.body.push(feature);
         }
     }
+    join(body, &mut model);
+    for f in 0..model.body.len() {
+        let feature = model.body[f].clone();
+        let is_free = |p: &Point3| body.contains(p) == (feature.sign == Sign::Add) || model.is_hole(p);
+        model.body[f] = overlapped(feature.clone(), tolerance, is_free);
+    }
     model
+}
+
+/// Features of one profile that are parted by nothing but what is there anyway become one.
+fn join(body: &Body, model: &mut Model) {
+    let mut i = 0;
+    while i < model.body.len() {
+        let joined = (i + 1..model.body.len()).find_map(|k| {
+            let whole = model.body[i].joined(&model.body[k])?;
+            let is_between = |p: &Point3| !model.body[i].contains(p) && !model.body[k].contains(p);
+            let fits = |p: &Point3| body.contains(p) == (whole.sign == Sign::Add) || model.is_hole(p);
+            let n_apart = model.body[i + 1..k].iter().filter(|f| f.sign != whole.sign).count();
+            let is_same = whole.samples().iter().filter(|p| is_between(p)).all(fits);
+            (is_same && n_apart == 0).then_some((k, whole))
+        });
+        match joined {
+            Some((k, whole)) => {
+                model.body[i] = whole;
+                model.body.remove(k);
+            }
+            None => i += 1,
+        }
+    }
 }
 
 /// The best change of all grids.
@@ -68,42 +110,55 @@ fn step(
     grids: &[Grid],
     model: &Model,
     volume: f64,
-    tolerance: f64,
-    seed: u64,
+    strategy: &Strategy,
 ) -> Option<Vec<Feature>> {
     let signs: &[Sign] = if model.body.is_empty() { &[Sign::Add] } else { &[Sign::Add, Sign::Cut] };
-    let tasks: Vec<(usize, Sign)> = (0..grids.len()).flat_map(|g| signs.iter().map(move |s| (g, *s))).collect();
-    let mut choices: Vec<(f64, usize, Sign, Vec<bool>)> = par::map(&tasks, |(g, sign)| {
-        let choice = grids[*g].choose(*sign, tolerance);
-        (choice.gain, *g, *sign, choice.is_in)
-    });
-    choices.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let mut tasks: Vec<(f64, usize, Sign)> = Vec::new();
+    for (g, grid) in grids.iter().enumerate() {
+        tasks.extend(signs.iter().map(|sign| (grid.most(*sign, strategy.wrong), g, *sign)));
+    }
+    tasks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut best: Option<(f64, Vec<Feature>)> = None;
-    for (gain, g, sign, is_in) in choices {
-        if gain < LEAST * volume || best.as_ref().is_some_and(|b| gain <= b.0) {
+    for (most, g, sign) in tasks {
+        if most < LEAST * volume || best.as_ref().is_some_and(|b| most <= b.0) {
             break;
         }
-        let mut kept = Vec::new();
-        let mut score = 0.0;
-        for feature in grids[g].features(&is_in, sign) {
-            let is_drilled = |p: &Point3| model.is_hole(p);
-            let changes = |p: &Point3| match sign {
-                Sign::Add => !model.is_body(p),
-                Sign::Cut => model.is_body(p),
-            };
-            let worth = Worth::of(&feature, body, |p| changes(p) && (body.contains(p) || !is_drilled(p)), seed);
-            let gain = worth.right - WRONG * worth.wrong;
-            if gain >= LEAST * volume {
-                score += gain - PER_FEATURE * volume;
-                kept.push(feature);
-            }
+        let choice = grids[g].choose(sign, strategy.wrong, strategy.tolerance);
+        if best.as_ref().is_some_and(|b| choice.gain <= b.0) {
+            continue;
         }
-        score += PER_FEATURE * volume;
+        let (score, kept) = worthy(body, grids[g].features(&choice.is_in, sign), model, volume, strategy);
         if !kept.is_empty() && best.as_ref().is_none_or(|b| score > b.0) {
             best = Some((score, kept));
         }
     }
     best.map(|b| b.1)
+}
+
+/// The features of a choice that are worth it, and what they are worth together.
+fn worthy(
+    body: &Body,
+    features: Vec<Feature>,
+    model: &Model,
+    volume: f64,
+    strategy: &Strategy,
+) -> (f64, Vec<Feature>) {
+    let mut score = PER_FEATURE * volume;
+    let mut kept: Vec<(f64, Feature)> = Vec::new();
+    for feature in features {
+        let matters = |p: &Point3| {
+            model.is_body(p) != (feature.sign == Sign::Add) && (body.contains(p) || !model.is_hole(p))
+        };
+        let worth = Worth::of(&feature, body, matters, strategy.seed);
+        let gain = worth.right - strategy.wrong * worth.wrong;
+        if gain >= LEAST * volume {
+            score += gain - PER_FEATURE * volume;
+            kept.push((gain, feature));
+        }
+    }
+    // The largest first: it is what the others stand on.
+    kept.sort_by(|a, b| b.0.total_cmp(&a.0));
+    (score, kept.into_iter().map(|k| k.1).collect())
 }
 
 /// Volume that a feature sets right, and volume that it sets wrong.
