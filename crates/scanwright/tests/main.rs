@@ -20,6 +20,7 @@ mod readers;
 mod regularize;
 mod scanned;
 mod scans;
+mod script;
 mod segmentation;
 mod spectral;
 mod step;

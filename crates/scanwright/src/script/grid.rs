@@ -35,6 +35,12 @@ pub(super) struct Block {
 }
 
 impl Block {
+    /// Share of the samples that the model's body holds or a hole will take.
+    fn share_there(&self) -> f64 {
+        let n = self.there.iter().zip(&self.drilled).filter(|(t, d)| **t || **d).count();
+        n as f64 / self.there.len().max(1) as f64
+    }
+
     /// Share of the samples in the material.
     pub(super) fn fill(&self) -> f64 {
         self.inside.iter().filter(|i| **i).count() as f64 / self.inside.len().max(1) as f64
@@ -67,6 +73,17 @@ pub(super) struct Choice {
     pub(super) is_in: Vec<bool>,
     /// Volume set right less `wrong` times the volume set wrong.
     pub(super) gain: f64,
+    /// Share of its border that is no face and does not lie on what is there already.
+    pub(super) open: f64,
+}
+
+/// Two blocks with a common border.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Border {
+    pub(super) blocks: [usize; 2],
+    pub(super) area: f64,
+    /// How much of it is no face.
+    pub(super) open: f64,
 }
 
 impl Grid {
@@ -87,16 +104,7 @@ impl Grid {
             levels.truncate(MOST_LEVELS);
         }
         let slabs = slabs(&sweep, &mut levels, range, tolerance);
-        let plane = loop {
-            let shapes: Vec<Curve> = curves.iter().map(|c| c.curve).collect();
-            let plane = Arrangement::new(&shapes, low, high, tolerance);
-            match plane {
-                Some(plane) if plane.cells.len() * slabs.len() <= MOST_BLOCKS => break plane,
-                // The last curves bound least.
-                _ if curves.len() > 4 => curves.truncate(curves.len() * 3 / 4),
-                _ => return None,
-            }
-        };
+        let plane = cut_plane(&mut curves, (low, high), MOST_BLOCKS / slabs.len(), tolerance)?;
         let mut grid = Self {
             sweep,
             traces: curves,
@@ -277,39 +285,73 @@ impl Grid {
         let scale = 1.0 / (0.5 * tolerance);
         let total: f64 = self.blocks.iter().map(|b| b.volume).sum::<f64>() * scale;
         let gains = worth.iter().map(|w| (w.0 + w.1) * scale / total).collect();
-        let pairs = self.pairs().into_iter().map(|(a, b, cost)| (a, b, cost / total)).collect();
+        let borders = self.borders();
+        let pairs = borders.iter().map(|b| (b.blocks[0], b.blocks[1], b.open / total)).collect();
         let is_in = Labelling { gains, pairs }.solve();
         let gain = worth.iter().zip(&is_in).filter(|w| *w.1).map(|w| w.0.0).sum();
-        Choice { is_in, gain }
+        let (mut open, mut area) = (0.0, f64::MIN_POSITIVE);
+        for border in &borders {
+            let [a, b] = border.blocks;
+            if is_in[a] != is_in[b] {
+                let outside = &self.blocks[if is_in[a] { b } else { a }];
+                area += border.area;
+                open += border.open * (1.0 - outside.share_there());
+            }
+        }
+        Choice { is_in, gain, open: open / area }
     }
 
-    /// Neighbouring blocks and the area between them that is no face.
-    pub(super) fn pairs(&self) -> Vec<(usize, usize, f64)> {
+    /// Neighbouring blocks.
+    pub(super) fn borders(&self) -> Vec<Border> {
         let n_slabs = self.slabs.len();
-        let mut pairs = Vec::new();
+        let mut borders = Vec::new();
         for (s, side) in self.plane.sides.iter().enumerate() {
             let [Some(a), Some(b)] = side.cells else { continue };
             let density = self.sweep.density(&self.plane.middle(s));
             for (slab, (from, to)) in self.slabs.iter().enumerate() {
                 let area = self.plane.length(s) * (to - from) * density;
-                let open = 1.0 - self.walls[s * n_slabs + slab];
-                pairs.push((a * n_slabs + slab, b * n_slabs + slab, area * open));
+                let open = area * (1.0 - self.walls[s * n_slabs + slab]);
+                borders.push(Border { blocks: [a, b].map(|c| c * n_slabs + slab), area, open });
             }
         }
         let wraps = self.sweep.motion == Motion::Around && !self.is_whole;
         for (c, cell) in self.plane.cells.iter().enumerate() {
             for slab in 1..n_slabs + usize::from(wraps) {
-                let open = 1.0 - self.floors[c * (n_slabs + 1) + slab];
-                pairs.push((c * n_slabs + slab - 1, c * n_slabs + slab % n_slabs, cell.area * open));
+                let area = cell.area;
+                let open = area * (1.0 - self.floors[c * (n_slabs + 1) + slab]);
+                borders.push(Border { blocks: [slab - 1, slab % n_slabs].map(|s| c * n_slabs + s), area, open });
             }
         }
-        pairs
+        borders
     }
 
     /// The features that a labelling stands for.
     pub(super) fn features(&self, is_in: &[bool], sign: Sign) -> Vec<Feature> {
         super::outline::features(self, is_in, sign)
     }
+}
+
+/// The plane cut along `curves`, of which the last, that bound least, are left out while there are more than `most` cells.
+fn cut_plane(
+    curves: &mut Vec<Trace>,
+    (low, high): (Point2, Point2),
+    most: usize,
+    tolerance: f64,
+) -> Option<Arrangement> {
+    /// Shares of the tolerance that are tried: where points that are merged leave no consistent cells, fewer are.
+    const SHARES: [f64; 4] = [1.0, 0.3, 0.1, 0.01];
+    /// Fewer curves than that bound nothing.
+    const FEWEST: usize = 3;
+    while curves.len() >= FEWEST {
+        let shapes: Vec<Curve> = curves.iter().map(|c| c.curve).collect();
+        let cut = SHARES.iter().find_map(|share| Arrangement::new(&shapes, low, high, share * tolerance));
+        eprintln!("   curves {} cells {:?} share {:?}", curves.len(), cut.as_ref().map(|c| c.cells.len()), SHARES.iter().position(|share| Arrangement::new(&shapes, low, high, share * tolerance).is_some()));
+        match cut {
+            Some(plane) if plane.cells.len() <= most => return Some(plane),
+            _ => curves.truncate(curves.len() * 3 / 4),
+        }
+    }
+    None
 }
 
 /// Corners of the profile's rectangle and the range of the motion that hold the whole body.

@@ -20,7 +20,8 @@ pub(super) fn holes(body: &Body, grid: &Grid) -> Vec<Feature> {
     const WALL: f64 = 0.3;
     let round: Vec<bool> = grid.traces.iter().map(|t| is_wall_of_hole(body, grid, &t.faces, t)).collect();
     let n = grid.plane.cells.len();
-    let total: f64 = grid.pairs().iter().map(|p| p.2).sum();
+    let borders = grid.borders();
+    let total: f64 = borders.iter().map(|b| b.open).sum();
     let empty: Vec<bool> = (0..n).map(|c| grid.block(c, 0).fill() <= EMPTY).collect();
     let mut gains: Vec<f64> = empty.iter().map(|e| if *e { 0.0 } else { -2.0 }).collect();
     let mut any = false;
@@ -60,8 +61,12 @@ pub(super) fn holes(body: &Body, grid: &Grid) -> Vec<Feature> {
                 && s.curves.iter().any(is_straight)
         })
     };
-    let pairs = grid.pairs().into_iter();
-    let pairs = pairs.map(|(a, b, cost)| (a, b, if runs_on(a, b) { CROSSED * cost / total } else { cost / total })).collect();
+    let pairs = borders.iter().map(|border| {
+        let [a, b] = border.blocks;
+        let share = if runs_on(a, b) { CROSSED } else { 1.0 };
+        (a, b, share * border.open / total)
+    });
+    let pairs = pairs.collect();
     grid.features(&Labelling { gains, pairs }.solve(), Sign::Cut)
 }
 

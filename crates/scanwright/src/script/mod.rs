@@ -162,6 +162,7 @@ fn explained(body: &Body, options: &ScriptOptions) -> (feature::Model, judge::Ve
         let cost = n_missing as f64 / verdict.expressed.len() as f64
             + PER_VOLUME * verdict.differs / verdict.volume
             + PER_FEATURE * model.features().count() as f64;
+        eprintln!("wrong {wrong}: cost {cost:.4} missing {n_missing} differs {:.5} features {}", verdict.differs / verdict.volume, model.features().count());
         (cost, model, verdict)
     });
     let [first, second] = found;

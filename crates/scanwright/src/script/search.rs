@@ -23,6 +23,10 @@ const MOST_STEPS: usize = 60;
 const LEAST: f64 = 2e-5;
 /// Share of the volume that a further feature of a step must be worth: one feature is easier to edit than two.
 const PER_FEATURE: f64 = 2e-3;
+/// Power of the share of a choice's border that is faces, by which its worth is weighed: profiles that end at faces are
+/// the part's own, others cut it where nothing is.
+const CLOSED: i32 = 6;
+
 /// How a search goes about it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Strategy {
@@ -127,7 +131,8 @@ fn step(
         if best.as_ref().is_some_and(|b| choice.gain <= b.0) {
             continue;
         }
-        let (score, kept) = worthy(body, grids[g].features(&choice.is_in, sign), model, volume, strategy);
+        let (worth, kept) = worthy(body, grids[g].features(&choice.is_in, sign), model, volume, strategy);
+        let score = worth * (1.0 - choice.open).max(0.0).powi(CLOSED);
         if !kept.is_empty() && best.as_ref().is_none_or(|b| score > b.0) {
             best = Some((score, kept));
         }

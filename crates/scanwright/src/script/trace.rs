@@ -111,7 +111,14 @@ fn curve_of(
             }
             Curve::Circle { center: Point2::new(0.0, center.y), radius: s.radius }
         }
-        (Geometry::Analytic(surface), _) if surface.kind() != SurfaceKind::Sphere => line_through(&flat)?,
+        (Geometry::Analytic(surface), _) if surface.kind() != SurfaceKind::Sphere => {
+            // What turns about the axis stands across it or along it, if it is no cone; a wall may have a draft.
+            let slack = match (sweep.motion, surface.kind()) {
+                (Motion::Around, SurfaceKind::Plane | SurfaceKind::Cylinder) => tolerance,
+                _ => 0.5 * tolerance,
+            };
+            straightened(line_through(&flat)?, &flat, slack)
+        }
         _ => return None,
     };
     let is_near = flat.iter().all(|p| curve.distance(p).abs() <= tolerance);
@@ -138,6 +145,20 @@ fn line_through(points: &[Point2]) -> Option<Curve> {
     let (point, direction) = longest_extent(points);
     let length = direction.norm();
     (length > 0.0 && length.is_finite()).then(|| Curve::Line { point, direction: direction / length })
+}
+
+/// A line along one of the plane's directions where it leaves that by less than `slack` over its points.
+fn straightened(line: Curve, points: &[Point2], slack: f64) -> Curve {
+    let Curve::Line { point, direction } = line else { return line };
+    let (low, high) = range(points.iter().map(|p| line.parameter(p)));
+    for axis in 0..2 {
+        if direction[axis].abs() * (high - low) <= slack {
+            let mut straight = Point2::zeros();
+            straight[1 - axis] = direction[1 - axis].signum();
+            return Curve::Line { point, direction: straight };
+        }
+    }
+    line
 }
 
 /// The point of an axis beside the middle of points.
