@@ -137,8 +137,7 @@ pub fn timings_json((stages, total): &(Vec<(&'static str, f64)>, f64), threads: 
 
 /// What the script has of a solid, then what it does not have.
 fn script_lines(part: &ScriptPart) -> Vec<String> {
-    let n_expressed = part.n_faces - part.missing.len();
-    let mut text = format!("{n_expressed} of {} faces by {} features", part.n_faces, part.n_features);
+    let mut text = part.text();
     if part.n_features > 0 && part.volume > 0.0 {
         let share = 100.0 * part.differing_volume / part.volume;
         let _ = write!(text, ", {} % of the volume is expected to differ", short(share));

@@ -67,7 +67,6 @@ fn every_face_of_plain_parts_is_expressed_by_few_features() {
         let options = ScriptOptions::new(&tolerances(STEP * case.part.scale));
         let skin = options.tolerance * case.part.mesh.total_area();
         assert!(part.differing_volume <= 0.1 * skin, "{}: {}", case.name, part.differing_volume);
-        assert!((part.expected_volume - part.volume).abs() <= part.differing_volume + 1e-9 * part.volume);
     }
 }
 

@@ -32,7 +32,18 @@ pub(super) struct Arc {
     pub(super) radius: f64,
     /// Whether it turns by more than half a turn.
     pub(super) is_large: bool,
+    pub(super) shape: ArcShape,
     pub(super) faces: Vec<usize>,
+}
+
+/// What an arc is told by: near half a turn its radius and ends say little about where it runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum ArcShape {
+    Radius,
+    /// Half a circle about the middle of its ends.
+    Half,
+    /// The point midway.
+    Through(Point2),
 }
 
 /// The corners of a ring, in order; empty of a whole circle.
@@ -62,12 +73,12 @@ pub(super) fn corners(ring: &Ring, tolerance: f64) -> Vec<Corner> {
             (before, pieces[i].from, Treatment::Sharp)
         };
         let to = if treated[i].is_some() { (i + 1) % n } else { i };
-        made.push(corner(&pieces[from], &pieces[to], at, treatment));
+        made.push(corner(&pieces[from], &pieces[to], at, treatment, tolerance));
     }
     made
 }
 
-fn corner(before: &Segment, after: &Segment, at: Point2, treatment: Treatment) -> Corner {
+fn corner(before: &Segment, after: &Segment, at: Point2, treatment: Treatment, tolerance: f64) -> Corner {
     let (mut exact, mut faces) = (at, [Vec::new(), Vec::new()]);
     for piece in [before, after] {
         let Curve::Line { point, .. } = piece.curve else { continue };
@@ -78,7 +89,7 @@ fn corner(before: &Segment, after: &Segment, at: Point2, treatment: Treatment) -
             }
         }
     }
-    Corner { at: exact, faces, treatment, arc: arc(after) }
+    Corner { at: exact, faces, treatment, arc: arc(after, tolerance) }
 }
 
 /// Whether a line keeps one coordinate.
@@ -88,11 +99,26 @@ pub(super) fn is_constant(piece: &Segment, axis: usize) -> bool {
     matches!(piece.curve, Curve::Line { direction, .. } if direction[axis].abs() < LEVEL)
 }
 
-fn arc(piece: &Segment) -> Option<Arc> {
-    let Curve::Circle { radius, .. } = piece.curve else { return None };
+fn arc(piece: &Segment, tolerance: f64) -> Option<Arc> {
+    /// Share of the radius that the centre must be beside the chord for ends and radius to say where the arc runs.
+    const BESIDE: f64 = 0.3;
+    let Curve::Circle { center, radius } = piece.curve else { return None };
     let sweep = piece.sweep();
     let is_large = sweep.abs() > std::f64::consts::PI;
-    Some(Arc { radius: radius * sweep.signum(), is_large, faces: piece.faces.clone() })
+    let middle = (piece.from + piece.to) * 0.5;
+    let half = 0.5 * (piece.to - piece.from).norm();
+    let off = (center - middle).norm();
+    let shape = if off > BESIDE * radius {
+        ArcShape::Radius
+    } else if off <= tolerance && (half - radius).abs() <= tolerance {
+        ArcShape::Half
+    } else {
+        let start = piece.from - center;
+        let (sin, cos) = (0.5 * sweep).sin_cos();
+        let turned = Point2::new(start.x * cos - start.y * sin, start.x * sin + start.y * cos);
+        ArcShape::Through(center + turned)
+    };
+    Some(Arc { radius: radius * sweep.signum(), is_large, shape, faces: piece.faces.clone() })
 }
 
 /// The corner of its neighbours that a piece stands for, if it is a fillet or a chamfer between two lines.
@@ -115,7 +141,10 @@ fn treatment(before: &Segment, piece: &Segment, after: &Segment, tolerance: f64)
         Curve::Circle { radius, .. } => {
             // As far as noise may turn a tangent: what moves its end by the tolerance.
             let slack = (2.0 * (2.0 * tolerance / radius).sqrt()).min(0.5);
-            let touches = cross(&a, &piece.leaves()).abs() < slack
+            // A round end leaves nothing straight between its two arcs, and a kernel nothing to round.
+            let lengths = [(before.to - before.from).norm(), (after.to - after.from).norm()];
+            let touches = lengths.iter().all(|l| *l > 2.0 * tolerance)
+                && cross(&a, &piece.leaves()).abs() < slack
                 && cross(&piece.arrives(), &b).abs() < slack
                 && a.dot(&piece.leaves()) > 0.0
                 && b.dot(&piece.arrives()) > 0.0

@@ -189,7 +189,10 @@ impl Feature {
                 if is_inside(self.rings.iter().map(|r| r.polygon.as_slice()), &p) {
                     let moved = (0..4 * ACROSS).map(|k| (k as f64 + 0.5) / (4 * ACROSS) as f64);
                     points.extend(moved.map(|t| {
-                        self.sweep.point(&p, self.range.0 + (self.range.1 - self.range.0) * t)
+                        {
+                        let (from, to) = if self.is_whole { (0.0, std::f64::consts::TAU) } else { self.range };
+                        self.sweep.point(&p, from + (to - from) * t)
+                    }
                     }));
                 }
             }

@@ -345,7 +345,6 @@ fn cut_plane(
     while curves.len() >= FEWEST {
         let shapes: Vec<Curve> = curves.iter().map(|c| c.curve).collect();
         let cut = SHARES.iter().find_map(|share| Arrangement::new(&shapes, low, high, share * tolerance));
-        eprintln!("   curves {} cells {:?} share {:?}", curves.len(), cut.as_ref().map(|c| c.cells.len()), SHARES.iter().position(|share| Arrangement::new(&shapes, low, high, share * tolerance).is_some()));
         match cut {
             Some(plane) if plane.cells.len() <= most => return Some(plane),
             _ => curves.truncate(curves.len() * 3 / 4),

@@ -82,6 +82,15 @@ pub struct ScriptPart {
     pub differing_volume: f64,
 }
 
+impl ScriptPart {
+    /// What it has, for people: faces and features.
+    pub fn text(&self) -> String {
+        let plural = if self.n_features == 1 { "" } else { "s" };
+        let n_expressed = self.n_faces - self.missing.len();
+        format!("{n_expressed} of {} faces by {} feature{plural}", self.n_faces, self.n_features)
+    }
+}
+
 /// A face that a script does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingFace {
@@ -162,7 +171,6 @@ fn explained(body: &Body, options: &ScriptOptions) -> (feature::Model, judge::Ve
         let cost = n_missing as f64 / verdict.expressed.len() as f64
             + PER_VOLUME * verdict.differs / verdict.volume
             + PER_FEATURE * model.features().count() as f64;
-        eprintln!("wrong {wrong}: cost {cost:.4} missing {n_missing} differs {:.5} features {}", verdict.differs / verdict.volume, model.features().count());
         (cost, model, verdict)
     });
     let [first, second] = found;

@@ -8,6 +8,8 @@ use crate::math::Point3;
 
 /// Share of an end that is a face, below which the end is open.
 const OPEN: f64 = 0.2;
+/// Component of a direction below which it is another axis's.
+const STRAIGHT: f64 = 0.01;
 /// Tolerances by which an open end is moved.
 const MOVES: f64 = 4.0;
 
@@ -67,13 +69,20 @@ fn moved_out(ring: &Ring, s: usize, by: f64) -> Option<Ring> {
     let from = crossing(&ring.segments[before], along, shift, segment.from);
     let to = crossing(&ring.segments[after], along, shift, segment.to);
     let mut segments = ring.segments.clone();
-    if let Some(from) = from {
-        segments[before].to = from;
+    let (mut start, mut end) = (from.unwrap_or(segment.from + shift), to.unwrap_or(segment.to + shift));
+    // What is no face may as well be straight.
+    for axis in 0..2 {
+        if along[axis].abs() < STRAIGHT {
+            let middle = 0.5 * (start[axis] + end[axis]);
+            (start[axis], end[axis]) = (middle, middle);
+        }
     }
-    if let Some(to) = to {
-        segments[after].from = to;
+    if from.is_some() {
+        segments[before].to = start;
     }
-    let (start, end) = (from.unwrap_or(segment.from + shift), to.unwrap_or(segment.to + shift));
+    if to.is_some() {
+        segments[after].from = end;
+    }
     segments[s] = straight(start, end);
     if to.is_none() {
         segments.insert(s + 1, straight(end, segment.to));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::body::Body;
-use super::drawing::{Corner, Treatment, corners, is_constant, rectangle};
+use super::drawing::{Arc, ArcShape, Corner, Treatment, corners, is_constant, rectangle};
 use super::feature::{Feature, Model, Ring, Sign};
 use super::parameters::{Parameters, Quantity};
 use super::sweep::{Motion, Point2};
@@ -311,12 +311,7 @@ impl Writer<'_> {
 
     /// A ring's expression, and what is done to its corners: `verb x, y), size)`.
     fn ring(&mut self, placed: &Placed, ring: &Ring) -> (String, Vec<String>) {
-        let is_along = placed.feature.sweep.motion == Motion::Along;
-        let shift = if is_along {
-            Point2::new(placed.shift[0], placed.shift[1])
-        } else {
-            Point2::new(0.0, placed.shift[2])
-        };
+        let shift = profile_shift(placed);
         if let Some((center, radius)) = ring.circle() {
             let faces = &ring.segments[0].faces;
             let at = [0, 1].map(|i| self.coordinate(placed, i, center[i] + shift[i], faces, Quantity::Center));
@@ -367,6 +362,25 @@ impl Writer<'_> {
         }
     }
 
+    fn arc(&mut self, placed: &Placed, arc: &Arc, from: &str, to: &str) -> String {
+        let sigma = self.parameters.sigma(&arc.faces, Quantity::Radius);
+        match arc.shape {
+            ArcShape::Half if arc.radius < 0.0 => format!("half_circle({from}, {to}, left=False)"),
+            ArcShape::Half => format!("half_circle({from}, {to})"),
+            ArcShape::Through(at) => {
+                let shift = profile_shift(placed);
+                let at = [0, 1].map(|i| self.coordinate(placed, i, at[i] + shift[i], &arc.faces, Quantity::Center));
+                format!("ThreePointArc({from}, ({}, {}), {to})", at[0], at[1])
+            }
+            ArcShape::Radius => {
+                let radius = self.parameters.length(&placed.name, "radius", arc.radius.abs(), sigma, "");
+                let sign = if arc.radius < 0.0 { "-" } else { "" };
+                let large = if arc.is_large { ", large=True" } else { "" };
+                format!("arc({from}, {to}, {sign}{radius}{large})")
+            }
+        }
+    }
+
     /// `face(...)` of lines and arcs between named corners.
     fn outline(&mut self, placed: &Placed, corners: &[Corner], named: &[String]) -> String {
         let n = corners.len();
@@ -384,11 +398,7 @@ impl Writer<'_> {
             if !run.is_empty() {
                 pieces.push(format!("Polyline({})", std::mem::take(&mut run).join(", ")));
             }
-            let sigma = self.parameters.sigma(&arc.faces, Quantity::Radius);
-            let radius = self.parameters.length(&placed.name, "radius", arc.radius.abs(), sigma, "");
-            let sign = if arc.radius < 0.0 { "-" } else { "" };
-            let large = if arc.is_large { ", large=True" } else { "" };
-            pieces.push(format!("arc({from}, {to}, {sign}{radius}{large})"));
+            pieces.push(self.arc(placed, arc, &from, &to));
         }
         if !run.is_empty() {
             pieces.push(format!("Polyline({})", run.join(", ")));
@@ -404,9 +414,9 @@ impl Writer<'_> {
     }
 }
 
-/// A long polyline with one corner per line.
+/// A long polyline with one corner per line, other pieces as they are.
 fn broken(piece: &str, wide: usize) -> String {
-    if piece.len() <= wide {
+    if piece.len() <= wide || !piece.starts_with("Polyline") {
         return piece.to_owned();
     }
     let inner = piece.replace("), (", "),\n        (");
@@ -414,6 +424,14 @@ fn broken(piece: &str, wide: usize) -> String {
     match inner.strip_suffix(')') {
         Some(rest) => format!("{rest},\n    )"),
         None => inner,
+    }
+}
+
+/// Coordinates of the sweep's origin in the plane of its profile.
+fn profile_shift(placed: &Placed) -> Point2 {
+    match placed.feature.sweep.motion {
+        Motion::Along => Point2::new(placed.shift[0], placed.shift[1]),
+        Motion::Around => Point2::new(0.0, placed.shift[2]),
     }
 }
 

@@ -22,10 +22,12 @@ const MOST_STEPS: usize = 60;
 /// Share of the volume that a feature must set right at least.
 const LEAST: f64 = 2e-5;
 /// Share of the volume that a further feature of a step must be worth: one feature is easier to edit than two.
-const PER_FEATURE: f64 = 2e-3;
+const PER_FEATURE: f64 = 4e-3;
 /// Power of the share of a choice's border that is faces, by which its worth is weighed: profiles that end at faces are
 /// the part's own, others cut it where nothing is.
-const CLOSED: i32 = 6;
+const CLOSED: i32 = 4;
+/// What sectors of a turn are worth beside a whole one: they meet face to face.
+const SECTORS: f64 = 0.9;
 
 /// How a search goes about it.
 #[derive(Debug, Clone, Copy)]
@@ -78,6 +80,7 @@ pub(super) fn search(body: &Body, mut grids: Vec<Grid>, strategy: &Strategy) -> 
         }
     }
     join(body, &mut model);
+    prune(body, &mut model);
     for f in 0..model.body.len() {
         let feature = model.body[f].clone();
         let is_free = |p: &Point3| body.contains(p) == (feature.sign == Sign::Add) || model.is_hole(p);
@@ -108,6 +111,29 @@ fn join(body: &Body, model: &mut Model) {
     }
 }
 
+/// Features go without which the others are as right as with them; the first ones first, as later ones were found in
+/// spite of them.
+fn prune(body: &Body, model: &mut Model) {
+    /// Share of a feature's points that may become wrong: those beside its border.
+    const SLACK: f64 = 2e-3;
+    let mut f = 0;
+    while f < model.body.len() {
+        let feature = model.body[f].clone();
+        let samples: Vec<Point3> = feature.samples().into_iter().filter(|p| feature.contains(p)).collect();
+        let wrong = |model: &Model| {
+            let n = par::map(&samples, |p| model.contains(p) != body.contains(p)).into_iter();
+            n.filter(|w| *w).count() as f64
+        };
+        let before = wrong(&*model);
+        model.body.remove(f);
+        let is_needed = model.body.is_empty() || wrong(&*model) > before + SLACK * samples.len() as f64;
+        if is_needed {
+            model.body.insert(f, feature);
+            f += 1;
+        }
+    }
+}
+
 /// The best change of all grids.
 fn step(
     body: &Body,
@@ -132,7 +158,9 @@ fn step(
             continue;
         }
         let (worth, kept) = worthy(body, grids[g].features(&choice.is_in, sign), model, volume, strategy);
-        let score = worth * (1.0 - choice.open).max(0.0).powi(CLOSED);
+        let is_sectors = grids[g].sweep.motion == Motion::Around && !grids[g].is_whole;
+        let turn = if is_sectors { SECTORS } else { 1.0 };
+        let score = worth * turn * (1.0 - choice.open).max(0.0).powi(CLOSED);
         if !kept.is_empty() && best.as_ref().is_none_or(|b| score > b.0) {
             best = Some((score, kept));
         }

@@ -46,8 +46,7 @@ fn head(out: &mut String, parts: &[(ScriptPart, Option<Text>)], options: &Script
     let _ = writeln!(out, "\"\"\"{name}, rebuilt from its features. Written by scanwright; needs build123d.\"\"\"");
     for (i, (part, _)) in parts.iter().enumerate() {
         let of = if parts.len() == 1 { String::new() } else { format!(" of solid {}", i + 1) };
-        let n_expressed = part.n_faces - part.missing.len();
-        let _ = writeln!(out, "#\n# Expressed: {n_expressed} of {} faces{of}, by {} features.", part.n_faces, part.n_features);
+        let _ = writeln!(out, "#\n# Expressed{of}: {}.", part.text());
         if part.volume > 0.0 {
             let share = 100.0 * part.differing_volume / part.volume;
             let _ = writeln!(out, "# Of the solid's volume {share:.2} % is expected to differ.");
@@ -122,6 +121,14 @@ def arc(start, end, radius, large=False):
     rise = abs(radius) + depth if large else abs(radius) - depth
     across = Vector(half.Y, -half.X).normalized() * (rise if radius > 0 else -rise)
     return ThreePointArc(a, a + half + across, b)
+
+
+def half_circle(start, end, left=True):
+    """Half a circle from start to end, turning left or right."""
+    a, b = Vector(*start), Vector(*end)
+    half = (b - a) * 0.5
+    across = Vector(half.Y, -half.X)
+    return ThreePointArc(a, a + half + (across if left else -across), b)
 
 
 def corner(sketch, x, y):
