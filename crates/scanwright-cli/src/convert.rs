@@ -11,6 +11,7 @@ use scanwright::pipeline::{
 };
 use scanwright::progress::{Progress, Stage};
 use scanwright::report::{self, Context, Report};
+use scanwright::script::{self, Script, ScriptOptions};
 use scanwright::step::{self, Schema, StepOptions};
 
 use crate::args::{ConvertArgs, FallbackFlag, FrameFlag, KnownFlag, PipelineFlag, SchemaFlag};
@@ -37,7 +38,11 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
         return Err(Failure::Strict(names(&result.fallbacks())));
     }
     console.note(Stage::Write, 0.0);
+    let script = args.script.as_ref().map(|_| script_of(args, units, &result));
     let mut files = results(args, &file, &options, units, &result, known.as_deref())?;
+    if let (Some(path), Some(script)) = (&args.script, &script) {
+        files.push((path, script.text.clone().into_bytes()));
+    }
     console.note(Stage::Write, 0.5);
     let timings = console.timings();
     if let Some(path) = &args.timings {
@@ -49,7 +54,10 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     if !args.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
         let known = known.as_deref().unwrap_or_default();
-        print!("{}", summary::of_run(&args.scan, &file, units, (&result, &options), known, &written));
+        print!(
+            "{}",
+            summary::of_run(&args.scan, &file, units, (&result, &options), known, script.as_ref(), &written)
+        );
         console.log(&summary::timings_line(&console.timings()));
     }
     let refused = result.fallbacks().into_iter().any(|fallback| !args.allow.contains(&flag_of(fallback)));
@@ -155,6 +163,16 @@ fn document(
     Ok(document::write(&input, crate::report::format_of(path)?).into_bytes())
 }
 
+fn script_of(args: &ConvertArgs, units: Units, result: &Reconstruction) -> Script {
+    let options = ScriptOptions {
+        name: args.output.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        unit: units.name().to_owned(),
+        seed: args.seed,
+        ..ScriptOptions::new(&result.tolerances)
+    };
+    script::write(&result.model.solids, &result.model.primitives, &options)
+}
+
 fn step_text(args: &ConvertArgs, units: Units, result: &Reconstruction) -> String {
     let schema = match args.schema {
         SchemaFlag::Ap242 => Schema::Ap242,
@@ -187,7 +205,7 @@ fn options(args: &ConvertArgs, units: Units) -> Result<Options, Failure> {
 }
 
 fn output_paths(args: &ConvertArgs) -> Vec<&Path> {
-    let optional = [&args.json, &args.report, &args.segments, &args.picture, &args.timings];
+    let optional = [&args.json, &args.report, &args.segments, &args.picture, &args.script, &args.timings];
     let optional = optional.into_iter().flatten().map(std::path::PathBuf::as_path);
     std::iter::once(args.output.as_path()).chain(optional).collect()
 }

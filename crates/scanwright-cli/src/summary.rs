@@ -9,6 +9,7 @@ use scanwright::io::ScanFile;
 use scanwright::pipeline::{Code, Options, Placement, Reconstruction};
 use scanwright::recognize::Missing;
 use scanwright::report;
+use scanwright::script::{Script, ScriptPart};
 use scanwright::surface::SurfaceKind;
 
 use crate::dimensions;
@@ -27,6 +28,7 @@ pub fn of_run(
     units: Units,
     (result, options): (&Reconstruction, &Options),
     known: &[Known],
+    script: Option<&Script>,
     written: &[&Path],
 ) -> String {
     let mut lines = Lines::default();
@@ -67,6 +69,11 @@ pub fn of_run(
     if let Some(target) = options.target {
         for text in target_lines(result, target, unit) {
             lines.add("target", &text);
+        }
+    }
+    for part in script.into_iter().flat_map(|s| &s.parts) {
+        for text in script_lines(part) {
+            lines.add("script", &text);
         }
     }
     for (word, text) in warning_lines(result) {
@@ -150,6 +157,26 @@ pub fn timings_json((stages, total): &(Vec<(&'static str, f64)>, f64), threads: 
         "threads": threads.unwrap_or(available),
     });
     format!("{value:#}\n").into_bytes()
+}
+
+/// What the script has of a solid, then what it does not have.
+fn script_lines(part: &ScriptPart) -> Vec<String> {
+    let mut text = part.text();
+    if part.n_features > 0 && part.volume > 0.0 {
+        let share = 100.0 * part.differing_volume / part.volume;
+        let _ = write!(text, ", {} % of the volume is expected to differ", short(share));
+    }
+    let mut groups: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+    for missing in &part.missing {
+        groups.entry(&missing.text).or_default().push(missing.primitive);
+    }
+    let mut lines = vec![text];
+    for (text, mut ids) in groups {
+        ids.sort_unstable();
+        ids.dedup();
+        lines.push(format!("not in it: {}{text}", places(&ids)));
+    }
+    lines
 }
 
 /// Digits in groups of three.

@@ -195,6 +195,26 @@ fn faces_are_judged_against_the_uncertainty_that_is_needed() {
 }
 
 #[test]
+fn a_box_as_a_script_is_one_extrusion() {
+    let dir = Folder::new();
+    dir.scan("box.ply");
+    let output = dir.run(&["convert", "box.ply", "-o", "part.step", "--script", "part.py"]);
+    check_finished(&output);
+    let summary = text(&output.stdout);
+    assert!(
+        summary.lines().any(|l| l.starts_with("script") && l.contains("6 of 6 faces by 1 feature")),
+        "{summary}"
+    );
+    let script = fs::read_to_string(dir.path("part.py")).unwrap();
+    assert_eq!(script.matches("extrude(Plane.XY").count(), 1, "{script}");
+    assert!(!script.contains("# Not expressed") && script.contains("  # +- "), "{script}");
+    let args = ["convert", "box.ply", "-o", "x.step", "--script", "x.py", "--pipeline", "thesis"];
+    check_exit(&dir.run(&args), 2, &args);
+    let args = ["convert", "box.ply", "-o", "x.step", "--script", "part.py"];
+    check_exit(&dir.run(&args), 5, &args);
+}
+
+#[test]
 fn quiet_says_nothing() {
     let dir = Folder::new();
     dir.scan("box.ply");

@@ -52,6 +52,7 @@ pub mod recognize;
 pub mod regularize;
 pub mod render;
 pub mod report;
+pub mod script;
 pub mod segment;
 pub mod selftest;
 pub mod step;

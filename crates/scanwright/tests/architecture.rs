@@ -16,7 +16,7 @@ const RANKS: &[&[&str]] = &[
     &["regularize", "datum"],
     &["brep", "dimension"],
     &["step", "deviation", "render"],
-    &["pipeline"],
+    &["pipeline", "script"],
     &["align", "report"],
     &["assemble", "check", "document"],
 ];

@@ -26,6 +26,7 @@ mod regularize;
 mod relations;
 mod scanned;
 mod scans;
+mod script;
 mod segmentation;
 mod spectral;
 mod step;

@@ -218,6 +218,9 @@ pub struct ConvertArgs {
     /// Also write everything that was found as a document for people: .html with pictures, .md or .csv
     #[arg(long, value_name = "REPORT.html")]
     pub report: Option<PathBuf>,
+    /// Also write the part as a build123d script with named parameters
+    #[arg(long, value_name = "PART.py", conflicts_with = "pipeline")]
+    pub script: Option<PathBuf>,
     /// The way to the model: ours to a solid, or the thesis's to primitives drawn one by one
     #[arg(long, value_enum, default_value_t = PipelineFlag::Default)]
     pub pipeline: PipelineFlag,
@@ -568,6 +571,8 @@ Examples:
       Also a page to hand on: verdict, dimensions, deviation, where to scan again.
   scanwright convert valve.obj -o valve.step --units in --up 0,0,1
       A scan in inches that stood upright on a table.
+  scanwright convert lever.ply -o lever.step --script lever.py
+      Also its features as a Python script: parameters to edit, one block per feature.
   scanwright convert casting.ply -o casting.step --allow freeform
       Faces that are not analytic are fine: exit 0 although there are some.
 

@@ -87,9 +87,14 @@ impl Nearest {
 
     /// Distance of `point` to the mesh, positive outside.
     pub fn signed_distance(&self, point: &Point3) -> f64 {
+        self.triangle_and_distance(point).1
+    }
+
+    /// The nearest triangle's place in the mesh, and the distance of `point` to it, positive outside.
+    pub fn triangle_and_distance(&self, point: &Point3) -> (usize, f64) {
         let found =
             self.find(point, f64::INFINITY, |_| true).expect("there are triangles, and all are accepted");
-        found.signed_distance(point)
+        (found.triangle as usize, found.signed_distance(point))
     }
 
     /// The nearest of the triangles that `accept` takes (by their number in the mesh) and that are nearer than `within`.
