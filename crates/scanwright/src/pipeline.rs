@@ -5,6 +5,7 @@
 //! is never an error: it is a [`Warning`] in the result. The only errors are a mesh with nothing in it, one too large
 //! for the method asked for, and a caller that said stop.
 
+mod attempt;
 mod model;
 mod placement;
 mod stages;
@@ -26,9 +27,11 @@ use crate::mesh::{Adjacency, Mesh, TriId};
 use crate::par;
 use crate::progress::{Cancelled, Progress, Stage};
 use crate::recognize::{self, Primitive, Sufficiency};
-use crate::regularize::{Manufacture, Regularized, Relation, Relations};
+use crate::regularize::{Manufacture, Relation, Relations};
 use crate::segment::{self, RegionId, SegmentMethod, Segmentation};
 use crate::tolerance::{Measured, Tolerances};
+
+use attempt::Attempt;
 
 /// What the caller may choose. Everything else is measured from the scan.
 #[derive(Debug, Clone, PartialEq)]
@@ -297,19 +300,19 @@ pub fn run_revised(
 ) -> Result<Reconstruction, Error> {
     let mut regions = regions(mesh, options, progress)?;
     let stated = stages::stated(&regions.part, &regions.segmentation, &regions.scan.tolerances);
-    let Regularized { segmentation, relations } =
-        stages::regularize(&regions.part, &stated, &regions.scan.tolerances, options);
+    progress.report(Stage::Regularize, 1.0)?;
+
+    let Attempt { segmentation, relations, dimensions, mut model, mut warnings } =
+        attempt::best(&regions, &stated, options, revise);
     regions.segmentation = segmentation;
-    revise(&mut regions.segmentation.primitives);
-    let dimensions = stages::dimensions(&regions.part, &stated, &mut regions.segmentation, options);
     let placement = match options.coordinates {
         Coordinates::Scan => None,
         Coordinates::Datums => regions.enter_datums(),
     };
-    progress.report(Stage::Regularize, 1.0)?;
-
     let Regions { scan, support, part, segmentation } = &regions;
-    let (model, warnings) = model::build(&part.mesh, segmentation, support.as_ref(), &scan.tolerances);
+    if placement.is_some() {
+        (model, warnings) = model::build(&part.mesh, segmentation, support.as_ref(), &scan.tolerances);
+    }
     let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 

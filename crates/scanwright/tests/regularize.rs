@@ -82,7 +82,11 @@ impl Scene {
         let interior = Interior::new(&self.mesh, &Adjacency::new(&self.mesh), &self.segmentation);
         // White noise of which one in so many vertices counts.
         let noise = Noise { white: NOISE * VERTICES_PER_SAMPLE.sqrt(), correlated: 0.0, length: SPACING };
-        let options = RegularizeOptions { relations: Relations::Auto, manufacture: Manufacture::default() };
+        let options = RegularizeOptions {
+            relations: Relations::Auto,
+            manufacture: Manufacture::default(),
+            sizes: true,
+        };
         let (segmentation, tolerances) = (&self.segmentation, &self.tolerances());
         regularize(&self.mesh, &interior, segmentation, &noise, tolerances, &options).segmentation
     }

@@ -108,7 +108,7 @@ impl Scan {
             None,
         );
         let manufacture = Manufacture { length: 0.0, angle: 0.0 };
-        let options = RegularizeOptions { relations, manufacture };
+        let options = RegularizeOptions { relations, manufacture, sizes: true };
         regularize(&self.mesh, &interior, &self.segmentation, &self.measured(), &tolerances, &options)
     }
 

@@ -97,16 +97,17 @@ pub(super) fn stated(part: &Part, segmentation: &Segmentation, tolerances: &Tole
     Stated { segmentation, interior, noise }
 }
 
-/// The segmentation with the relations between its primitives made exact.
+/// The segmentation with the relations between its primitives made exact. `sizes`: whether sizes and planes are among them.
 pub(super) fn regularize(
     part: &Part,
     stated: &Stated,
     tolerances: &Tolerances,
     options: &Options,
+    sizes: bool,
 ) -> Regularized {
     let Stated { segmentation, interior, noise } = stated;
     let options =
-        RegularizeOptions { relations: options.relations.clone(), manufacture: options.manufacture };
+        RegularizeOptions { relations: options.relations.clone(), manufacture: options.manufacture, sizes };
     regularize::regularize(&part.mesh, interior, segmentation, noise, tolerances, &options)
 }
 

@@ -69,6 +69,8 @@ pub struct RegularizeOptions {
     pub relations: Relations,
     /// What real faces deviate by from their design.
     pub manufacture: Manufacture,
+    /// Whether sizes and planes are made equal, beside directions and lines.
+    pub sizes: bool,
 }
 
 /// The segmentation with its relations made exact.
@@ -96,7 +98,7 @@ pub fn regularize(
         Evidence::new(mesh, &segmentation.primitives[k], &interior.vertices[k], noise, tolerances)
     });
     let part = Part { mesh, primitives: &segmentation.primitives, evidence, tolerances };
-    let mut voices = Voices::new(&part, &options.manufacture);
+    let mut voices = Voices::new(&part, &options.manufacture, options.sizes);
     // A primitive whose points refuse its relation no longer speaks for it: the others are related without it.
     loop {
         let found = Found::new(&part, &voices, &options.manufacture, asked.as_ref());
@@ -146,7 +148,7 @@ enum Refusal {
 }
 
 impl Voices {
-    fn new(part: &Part, manufacture: &Manufacture) -> Self {
+    fn new(part: &Part, manufacture: &Manufacture, sizes: bool) -> Self {
         let directions = part.evidence.iter().map(|e| e.as_ref()?.direction(manufacture.angle)).collect();
         let positions = part
             .evidence
@@ -154,7 +156,7 @@ impl Voices {
             .zip(part.primitives)
             .map(|(e, primitive)| e.as_ref()?.position(primitive.surface.as_ref()?))
             .collect();
-        let sizes = part.evidence.iter().map(Option::is_some).collect();
+        let sizes = part.evidence.iter().map(|evidence| sizes && evidence.is_some()).collect();
         Self { directions, positions, sizes, refused: Vec::new() }
     }
 
