@@ -7,6 +7,7 @@ use scanwright::pipeline::{self, Options};
 use scanwright::prior::PriorModel;
 use scanwright::progress::Progress;
 use scanwright::random::Rng;
+use scanwright::surface::Surface;
 
 use crate::plates::{Plate, bare_part, part_of, random_pose, scan_of};
 use crate::scans;
@@ -52,7 +53,8 @@ fn whitened(found: &align::Alignment, error: &[f64; 6]) -> Vec<f64> {
 #[test]
 fn a_scan_anywhere_with_a_fifth_missing_is_laid_on_its_model() {
     let model = Plate::default().model();
-    let mesh = Plate::default().mesh(SPACING);
+    // How near a place is known follows from how many vertices there are.
+    let mesh = Plate::default().mesh(0.75 * SPACING);
     for seed in 0..3 {
         let truth = random_pose(seed);
         let scan = scan_of(&with_a_fifth_missing(&mesh, seed), NOISE, &truth, seed);
@@ -71,7 +73,7 @@ fn the_uncertainty_of_a_place_is_that_of_its_errors() {
     let model = Plate::default().model();
     let mesh = Plate::default().mesh(SPACING);
     let (mut squares, mut worst) = (Vec::new(), 0.0_f64);
-    for seed in 0..24 {
+    for seed in 0..16 {
         let truth = random_pose(seed);
         let part = bare_part(&scan_of(&with_a_fifth_missing(&mesh, seed), NOISE, &truth, seed));
         let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
@@ -82,10 +84,10 @@ fn the_uncertainty_of_a_place_is_that_of_its_errors() {
         squares.extend(whitened(&found, &error_of(&found, &truth)));
         worst = worst.max(displacement(&model, &found.pose, &truth));
     }
-    assert_eq!(squares.len(), 144);
+    assert_eq!(squares.len(), 96);
     let spread = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    // 144 draws know their deviation to 6 %; counting correlation can only make uncertainties larger.
-    assert!((0.75..1.2).contains(&spread), "errors are {spread} of their uncertainties");
+    // 96 draws know their deviation to 7 %; counting correlation can only make uncertainties larger.
+    assert!((0.7..1.25).contains(&spread), "errors are {spread} of their uncertainties");
     assert!(worst < 0.15 * NOISE, "off by {worst} at the worst");
 }
 
@@ -94,7 +96,18 @@ fn placements_that_explain_a_box_as_well_are_told() {
     let size = [24.0, 18.0, 12.0];
     let scan = scans::block(size, SPACING);
     let segmented = pipeline::segment(&scan, &Options::default(), &Progress::none()).unwrap();
-    let model = model_of(&segmented);
+    // Its own noise would tell one corner from the others: the model is the box that was meant.
+    let mut model = model_of(&segmented);
+    for face in &mut model.faces {
+        if let Some(Surface::Plane(plane)) = &mut face.surface {
+            let axis = plane.normal.iamax();
+            let side = plane.normal[axis].signum();
+            let mut normal = Vec3::zeros();
+            normal[axis] = side;
+            plane.normal = UnitVec3::new_unchecked(normal);
+            plane.point = Point3::from(normal * (if side > 0.0 { size[axis] } else { 0.0 }));
+        }
+    }
     let part = part_of(&scan.moved(&random_pose(21)));
     let target = Target::new(&model, Measure::Surfaces, border_width(&part.tolerances)).unwrap();
     let found = align(&target, &part, &align::Options::default()).unwrap();

@@ -30,13 +30,12 @@ fn a_box_passes_against_its_own_solid_and_fails_against_a_shorter_one() {
     let output = dir.run(&all);
     check_exit(&output, 0, &all);
     let said = text(&output.stdout);
-    assert!(said.contains("verdict    pass") && said.contains("ambiguous"), "{said}");
+    assert!(said.contains("verdict    pass"), "{said}");
 
     let json: serde_json::Value = serde_json::from_slice(&fs::read(dir.path("c.json")).unwrap()).unwrap();
     assert_eq!(json["schema"], "scanwright/check/1");
     assert_eq!(json["verdict"], "pass");
-    // A box whose edges differ turns into itself by half a turn about each of its three axes.
-    assert_eq!(json["alignment"]["alternatives"].as_array().unwrap().len(), 3, "{}", json["alignment"]);
+    assert_eq!(json["alignment"]["free"], serde_json::Value::Null);
     let faces = json["faces"].as_array().unwrap();
     assert!(
         faces.len() == 6 && faces.iter().all(|f| f["state"] == "seen" && f["seen"].as_f64().unwrap() > 0.95)
