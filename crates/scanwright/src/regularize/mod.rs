@@ -309,11 +309,11 @@ impl Found {
             for size in &group.members {
                 let target = &mut self.targets[size.primitive];
                 if let (SizeKind::Offset { .. }, Some(direction)) = (size.kind, target.direction) {
-                    let (offset, variance) = (group.value, group.variance);
+                    let (offset, variance) = (group.value, group.stated());
                     target.plane =
                         Some(PlacedPlane { normal: direction.unit, offset, variance, at: group.at });
                 } else if let Some(free) = target.sizes.iter_mut().find(|size| size.is_none()) {
-                    let (value, variance) = (group.value, group.variance);
+                    let (value, variance) = (group.value, group.stated());
                     *free = Some(AskedSize { parameter: size.parameter, value, variance });
                 }
             }

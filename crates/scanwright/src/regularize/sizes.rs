@@ -62,6 +62,12 @@ impl Sizes {
         self.members.iter().all(|size| size.free)
     }
 
+    /// The variance that the common value is stated with: that of the best member. What the scanner's spot does to one of them
+    /// it does to all, and no mean of them takes it away.
+    pub fn stated(&self) -> f64 {
+        self.members.iter().map(|size| size.variance).fold(f64::INFINITY, f64::min)
+    }
+
     /// How far `size` is from the group in standard uncertainties, with and without what manufacture may deviate by.
     pub fn deviations(&self, size: &Size) -> (f64, f64) {
         let arm = size.at - self.at;
