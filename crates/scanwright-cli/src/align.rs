@@ -1,5 +1,7 @@
 //! `scanwright align`.
 
+use std::fmt::Write as _;
+
 use scanwright::align::{Part, elements_of};
 use scanwright::datum::{self, Candidate, Datum, Found, Plan};
 use scanwright::io;
@@ -38,7 +40,9 @@ fn align(args: &AlignArgs, console: &Console) -> Result<Code, Failure> {
     console.finish();
     if !args.quiet {
         print!("{}", placed.summary());
-        files.iter().for_each(|(path, _)| println!("wrote      {}", path.display()));
+        for (path, _) in &files {
+            println!("wrote      {}", path.display());
+        }
         console.log(&crate::summary::timings_line(&console.timings()));
     }
     Ok(Code::Done)
@@ -92,7 +96,8 @@ impl Placed {
             text += "free       no datum stops the turn about z\n";
         }
         if self.free_ways > 0 {
-            text += &format!("free       no datum fixes the origin along {} directions\n", self.free_ways);
+            let _ =
+                writeln!(text, "free       no datum fixes the origin along {} directions", self.free_ways);
         }
         text
     }

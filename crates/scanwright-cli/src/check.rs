@@ -79,7 +79,9 @@ fn run_watched(args: &CheckArgs, console: &Console) -> Result<Code, Failure> {
     console.finish();
     if !args.quiet {
         print!("{}", summary::of(&done));
-        files.iter().for_each(|(path, _)| println!("wrote      {}", path.display()));
+        for (path, _) in &files {
+            println!("wrote      {}", path.display());
+        }
         console.log(&crate::summary::timings_line(&console.timings()));
     }
     let refused = found.verdict.is_some_and(|verdict| verdict != Verdict::Pass);

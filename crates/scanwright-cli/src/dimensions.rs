@@ -1,6 +1,7 @@
 //! Relations and dimensions in the summary.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use scanwright::dimension::{Dimension, DimensionKind, Quantity};
 use scanwright::pipeline::{Options, Reconstruction};
@@ -73,7 +74,7 @@ fn described(dimension: &Dimension, unit: &str) -> String {
     );
     if let Some(nominal) = &dimension.nominal {
         let word = if nominal.applied { "made" } else { "near" };
-        text += &format!(", {word} {} ({})", trimmed(nominal.value), nominal.grid);
+        let _ = write!(text, ", {word} {} ({})", trimmed(nominal.value), nominal.grid);
     }
     text
 }

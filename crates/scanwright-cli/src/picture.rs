@@ -106,7 +106,7 @@ pub fn of_check(part: &ScanPart, target: &Target, alignment: &Alignment, check: 
         (Color::NONE, "on no face".to_owned()),
         (Color::UNSEEN, "not seen, or less than half".to_owned()),
     ];
-    if check.faces.iter().any(|f| f.is_absent()) {
+    if check.faces.iter().any(scanwright::check::FaceCheck::is_absent) {
         legend.push((Color::ABSENT, "not there".to_owned()));
     }
     let rows = [[(&scan, "scan"), (&faces, "model: means of faces")], [(&scan, ""), (&faces, "")]];

@@ -53,8 +53,11 @@ pub fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
+/// One per triangle: its region, if it has one.
+type Labels = Vec<Option<u32>>;
+
 /// A scan with its regions if it has them. It must be the one that the result was made from.
-fn read_scan(path: &Path, part: &Part) -> Result<(ScanFile, Option<Vec<Option<u32>>>), Failure> {
+fn read_scan(path: &Path, part: &Part) -> Result<(ScanFile, Option<Labels>), Failure> {
     let file = scan::read(path)?;
     let (triangles, _) = part.scan_counts();
     let n = file.mesh.triangles.len();

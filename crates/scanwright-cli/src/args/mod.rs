@@ -200,6 +200,7 @@ pub enum TierFlag {
 
 /// Flags of `convert`.
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "flags")]
 pub struct ConvertArgs {
     /// The scan: STL, PLY, OBJ, OFF or 3MF with triangles
     pub scan: PathBuf,

@@ -100,7 +100,9 @@ fn bases(source: &[Element]) -> Vec<Vec<usize>> {
         });
         let Some(best) = best else { break };
         let (_, _, set) = sets.swap_remove(best);
-        set.iter().for_each(|&e| used[e] += 1);
+        for &e in &set {
+            used[e] += 1;
+        }
         chosen.push(set);
     }
     chosen

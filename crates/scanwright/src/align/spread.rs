@@ -227,7 +227,7 @@ pub fn vertices_per_sample(values: &[(u32, Point3, f64)], spacing: f64) -> f64 {
         let cell = |p: &Point3| [p.x, p.y, p.z].map(|x| (x / (size * spacing)).floor() as i64);
         let mut keyed: Vec<((u32, [i64; 3]), f64)> =
             values.iter().map(|(group, place, value)| ((*group, cell(place)), *value)).collect();
-        keyed.sort_by(|a, b| a.0.cmp(&b.0));
+        keyed.sort_by_key(|a| a.0);
         let sums: Vec<f64> =
             keyed.chunk_by(|a, b| a.0 == b.0).map(|cell| cell.iter().map(|c| c.1).sum::<f64>()).collect();
         if sums.len() < LEAST_CELLS || total <= 0.0 {

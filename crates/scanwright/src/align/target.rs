@@ -108,7 +108,7 @@ impl<'a> Target<'a> {
             normal: self.normals[t],
             at_border: false,
         };
-        let of_mesh = self.of_triangles(point, found, base);
+        let of_mesh = Self::of_triangles(point, found, base);
         let Some((surface, sign)) = self.surface(face) else { return of_mesh };
         let (natural, gradient) = surface.distance_and_normal(point);
         let normal = gradient.into_inner() * sign;
@@ -128,7 +128,7 @@ impl<'a> Target<'a> {
     }
 
     /// The place on the triangles: beyond a border the way there is the gradient.
-    fn of_triangles(&self, point: &Point3, found: &Found, base: Hit) -> Hit {
+    fn of_triangles(point: &Point3, found: &Found, base: Hit) -> Hit {
         let way = point - found.closest;
         let known = found.feature != Feature::Inside && way.norm() > rounding(point);
         if known { Hit { normal: way / base.distance, ..base } } else { base }

@@ -77,7 +77,7 @@ pub(super) fn find(
     changes.extend(pairs(target, part, &mut missing, &mut new, alignment));
     changes.extend(missing);
     changes.extend(new);
-    changes.sort_by(|a, b| (a.kind, a.face, a.region).cmp(&(b.kind, b.face, b.region)));
+    changes.sort_by_key(|a| (a.kind, a.face, a.region));
     changes
 }
 

@@ -113,7 +113,7 @@ impl Seen {
     fn new(sightings: &Sightings, size: f64) -> Self {
         let all = sightings.of_vertex.iter().flatten();
         let mut cells: Vec<_> = all.map(|s| (s.face, cell(&s.foot, size), s.foot)).collect();
-        cells.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+        cells.sort_unstable_by_key(|a| (a.0, a.1));
         Self { size, cells }
     }
 

@@ -120,7 +120,7 @@ fn profile(seen: &[Sighting], spacing: f64, noise: f64, alignment: &Alignment) -
     const LEAST: usize = 12;
     let cell = |p: &Point3| [p.x, p.y, p.z].map(|x| (x / (CELL * spacing)).floor() as i64);
     let mut keyed: Vec<([i64; 3], &Sighting)> = seen.iter().map(|s| (cell(&s.foot), s)).collect();
-    keyed.sort_by(|a, b| a.0.cmp(&b.0));
+    keyed.sort_by_key(|a| a.0);
     let cells: Vec<&[([i64; 3], &Sighting)]> = keyed.chunk_by(|a, b| a.0 == b.0).collect();
     let full: Vec<_> = cells.iter().filter(|c| c.len() >= LEAST).collect();
     // A small face is one cell.

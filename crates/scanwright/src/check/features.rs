@@ -217,7 +217,7 @@ impl Context<'_> {
         };
         let direction = match &f.nominal {
             Surface::Plane(s) => s.normal,
-            _ => try_unit(shift).unwrap_or_else(|| spread.frame.x),
+            _ => try_unit(shift).unwrap_or(spread.frame.x),
         };
         let sign = if outward { 1.0 } else { -1.0 };
         let measured = match &f.nominal {
@@ -251,7 +251,7 @@ impl Context<'_> {
             b = -b;
         }
         let angle = angle_between(&a, &b);
-        let about = try_unit(a.cross(&b)).unwrap_or_else(|| spread.frame.x);
+        let about = try_unit(a.cross(&b)).unwrap_or(spread.frame.x);
         let uncertainty = spread.tilt(&about).hypot(self.alignment.turn_uncertainty(&about));
         Some(Quantity {
             name: "orientation",

@@ -107,7 +107,7 @@ fn filtered(
     // Cells of places on the surface: which cell a point is in says nothing about its distance.
     let places = points.iter().map(|p| cell(&surface.project(p)));
     let mut keyed: Vec<([i64; 3], f64)> = places.zip(distances.iter().copied()).collect();
-    keyed.sort_by(|a, b| a.0.cmp(&b.0));
+    keyed.sort_by_key(|a| a.0);
     let cells: Vec<(f64, usize)> = keyed
         .chunk_by(|a, b| a.0 == b.0)
         .filter(|cell| cell.len() >= LEAST)

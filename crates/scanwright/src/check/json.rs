@@ -101,6 +101,7 @@ struct Overall {
 }
 
 #[derive(Serialize)]
+#[allow(clippy::struct_field_names, reason = "keys of the document")]
 struct Face<'a> {
     face: u32,
     name: &'a str,
@@ -117,6 +118,7 @@ struct Face<'a> {
 }
 
 #[derive(Serialize)]
+#[allow(clippy::struct_field_names, reason = "keys of the document")]
 struct Measured {
     nominal: Geometry,
     measured: Geometry,

@@ -171,6 +171,7 @@ pub(super) fn names(regions: &[Reference]) -> String {
 
 /// Pictures in a grid.
 #[derive(Debug, Clone)]
+#[allow(clippy::struct_field_names, reason = "figures are what it holds")]
 pub(super) struct Figures {
     pub columns: usize,
     pub figures: Vec<Figure>,

@@ -181,7 +181,7 @@ fn named(name: &str) -> Option<(u32, bool)> {
     if words.next() != Some("region") {
         return None;
     }
-    Some((words.next()?.parse().ok()?, words.last() == Some("assumed")))
+    Some((words.next()?.parse().ok()?, words.next_back() == Some("assumed")))
 }
 
 #[cfg(test)]

@@ -54,20 +54,17 @@ pub fn minimum_zone(start: &Surface, points: &[Point3]) -> (Surface, f64) {
             members.dedup();
             members.len() > before
         };
-        match tried {
-            Some(next) => {
-                let fell = width - largest(&next.1) > RELATIVE_FALL * width;
-                let new = joined(&next.1, &mut members);
-                best = next;
-                if !fell && !new {
-                    break;
-                }
+        if let Some(next) = tried {
+            let fell = width - largest(&next.1) > RELATIVE_FALL * width;
+            let new = joined(&next.1, &mut members);
+            best = next;
+            if !fell && !new {
+                break;
             }
-            None => {
-                let whole = stepped(&best.0, &frame, step.as_slice()).map(|s| distances(&s));
-                if !whole.is_some_and(|found| joined(&found, &mut members)) {
-                    break;
-                }
+        } else {
+            let whole = stepped(&best.0, &frame, step.as_slice()).map(|s| distances(&s));
+            if !whole.is_some_and(|found| joined(&found, &mut members)) {
+                break;
             }
         }
     }

@@ -102,20 +102,11 @@ pub fn regularize(
     // A primitive whose points refuse its relation no longer speaks for it: the others are related without it.
     loop {
         let found = Found::new(&part, &voices, &options.manufacture, asked.as_ref());
-        match found.applied(&part, &mut voices) {
-            Some(primitives) => {
-                let relations = certificates::of(
-                    &part,
-                    &found,
-                    &voices,
-                    &primitives,
-                    &options.manufacture,
-                    asked.as_ref(),
-                );
-                let segmentation = Segmentation { primitives, labels: segmentation.labels.clone() };
-                return Regularized { segmentation, relations };
-            }
-            None => continue,
+        if let Some(primitives) = found.applied(&part, &mut voices) {
+            let relations =
+                certificates::of(&part, &found, &voices, &primitives, &options.manufacture, asked.as_ref());
+            let segmentation = Segmentation { primitives, labels: segmentation.labels.clone() };
+            return Regularized { segmentation, relations };
         }
     }
 }

@@ -174,9 +174,11 @@ impl State {
 
 /// Pairs of clusters, by index.
 type Pairs = Vec<(usize, usize)>;
+/// Pairs with the reason why they are none.
+type Refused = Vec<((usize, usize), String)>;
 
 /// Pairs of clusters that are perpendicular by the evidence, best seen first, and others with the reason.
-fn accepted(state: &State) -> (Pairs, Vec<((usize, usize), String)>) {
+fn accepted(state: &State) -> (Pairs, Refused) {
     let n = state.seen.len();
     let mut candidates: Vec<(f64, (usize, usize))> = (0..n)
         .flat_map(|a| (a + 1..n).map(move |b| (a, b)))

@@ -11,9 +11,8 @@ use crate::random::Rng;
 pub(super) struct Verdict {
     /// Enclosed volume of the solid.
     pub(super) volume: f64,
-    /// Volume of the features, expected from samples, and its standard error.
+    /// Volume of the features, expected from samples.
     pub(super) expected: f64,
-    pub(super) error: f64,
     /// Volume that is in one of the two only.
     pub(super) differs: f64,
     /// One per face: whether the features have it.
@@ -47,7 +46,6 @@ pub(super) fn judge(body: &Body, model: &Model, tolerance: f64, seed: u64) -> Ve
     Verdict {
         volume,
         expected: volume + (more as f64 - less as f64) * each,
-        error: ((more + less) as f64).sqrt() * each,
         differs: (more + less) as f64 * each,
         expressed: par::map_indices(body.solid.faces.len(), |face| {
             is_expressed(body, model, face, tolerance)

@@ -68,7 +68,14 @@ pub(super) fn write(
     };
     for (i, feature) in model.features().enumerate() {
         let is_hole = i >= model.body.len();
-        writer.feature(feature, i == 0, is_hole);
+        let role = if is_hole {
+            Role::Hole
+        } else if i == 0 {
+            Role::Body
+        } else {
+            Role::Detail
+        };
+        writer.feature(feature, role);
     }
     let mut planes: Vec<(String, String)> = writer.planes.into_iter().collect();
     planes.sort_by(|a, b| a.1.cmp(&b.1));
@@ -99,11 +106,21 @@ fn main_frame(first: &Feature) -> Frame {
     Frame { origin: frame.global(&local), ..frame }
 }
 
+/// What a feature is in its part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// The first, which the others are added to and cut from.
+    Body,
+    Hole,
+    Detail,
+}
+
 impl Writer<'_> {
-    fn feature(&mut self, feature: &Feature, is_first: bool, is_hole: bool) {
-        let placed = self.placed(feature, is_first, is_hole);
+    fn feature(&mut self, feature: &Feature, role: Role) {
+        let (is_first, is_hole) = (role == Role::Body, role == Role::Hole);
+        let placed = self.placed(feature, role);
         let what = describe(feature, is_hole, self.tolerance);
-        let faces = self.parameters.primitives_of(&self.seen(feature));
+        let faces = self.parameters.primitives_of(&Self::seen(feature));
         let heading = format!("{}: {what} ({faces})", placed.name.replace('_', " "));
         self.parameters.heading(heading.clone());
         let _ = writeln!(self.text, "\n# {heading}");
@@ -117,7 +134,7 @@ impl Writer<'_> {
     }
 
     /// Faces that the feature is known by: those its outline runs along.
-    fn seen(&self, feature: &Feature) -> Vec<usize> {
+    fn seen(feature: &Feature) -> Vec<usize> {
         /// Share of a wall or end that is a face.
         const SEEN: f64 = 0.02;
         let walls = feature.rings.iter().flat_map(|r| &r.segments).filter(|s| s.backed > SEEN);
@@ -132,7 +149,8 @@ impl Writer<'_> {
         faces
     }
 
-    fn placed<'f>(&mut self, feature: &'f Feature, is_first: bool, is_hole: bool) -> Placed<'f> {
+    fn placed<'f>(&mut self, feature: &'f Feature, role: Role) -> Placed<'f> {
+        let (is_first, is_hole) = (role == Role::Body, role == Role::Hole);
         let frame = feature.sweep.frame;
         let offset = frame.origin - self.main.origin;
         let shift = [frame.x, frame.y, frame.z].map(|axis| offset.dot(&axis));

@@ -2,7 +2,7 @@
 //!
 //! Candidates are the best unions of blocks of every grid, to be added or to be cut; what they are worth is known from
 //! samples whose answer the solid has given. T. Du, J. P. Inala, Y. Pu, A. Spielberg, A. Schulz, D. Rus, A. Solar-Lezama,
-//! W. Matusik, "InverseCSG: automatic conversion of 3D models to CSG trees", ACM Transactions on Graphics 37 (2018),
+//! W. Matusik, "`InverseCSG`: automatic conversion of 3D models to CSG trees", ACM Transactions on Graphics 37 (2018),
 //! takes primitives and samples likewise; here the building blocks are profiles that are swept, as a designer would draw
 //! them.
 
@@ -68,14 +68,18 @@ pub(super) fn search(body: &Body, mut grids: Vec<Grid>, strategy: &Strategy) -> 
                 continue;
             }
             let hole = overlapped(hole, tolerance, |p| !body.contains(p));
-            grids.iter_mut().for_each(|grid| grid.note_hole(&hole));
+            for grid in &mut grids {
+                grid.note_hole(&hole);
+            }
             model.holes.push(hole);
         }
     }
     for _ in 0..MOST_STEPS {
         let Some(features) = step(body, &grids, &model, volume, strategy) else { break };
         for feature in features {
-            grids.iter_mut().for_each(|grid| grid.note(&feature));
+            for grid in &mut grids {
+                grid.note(&feature);
+            }
             model.body.push(feature);
         }
     }

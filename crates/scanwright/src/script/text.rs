@@ -145,7 +145,7 @@ def corner(sketch, x, y):
 
 "#;
 
-const TAIL: &str = r#"
+const TAIL: &str = r"
 if len(sys.argv) > 1:
     export_step(part, sys.argv[1])
-"#;
+";

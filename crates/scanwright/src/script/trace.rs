@@ -47,17 +47,17 @@ impl Traces {
     /// Faces count as kept by the motion when they stay within `tolerance` of what a curve sweeps.
     pub(super) fn new(body: &Body, sweep: &Sweep, tolerance: f64) -> Self {
         let mut curves: Vec<(Trace, Seen)> = Vec::new();
-        let mut levels: Vec<(f64, Option<(usize, f64)>)> = Vec::new();
+        let mut levels: Vec<Place> = Vec::new();
         let n_faces = body.solid.faces.len();
         let mut kept = vec![false; n_faces];
-        for face in 0..n_faces {
+        for (face, kept) in kept.iter_mut().enumerate() {
             let points = body.points(face);
             if points.is_empty() {
                 continue;
             }
             let area = body.area(face);
             if let Some((curve, ends)) = curve_of(body, sweep, face, &points, tolerance) {
-                kept[face] = true;
+                *kept = true;
                 let is_material_inside = material_inside(body, sweep, face, &curve);
                 let trace = Trace { curve, faces: vec![face], is_material_inside };
                 curves.push((trace, Seen { face, area, ends }));
@@ -292,7 +292,9 @@ fn merged(mut curves: Vec<(Trace, Seen)>, tolerance: f64) -> Vec<Trace> {
         };
     }
     let mut traces: Vec<Trace> = made.into_iter().map(|m| m.0).collect();
-    traces.iter_mut().for_each(|t| t.faces.sort_unstable());
+    for trace in &mut traces {
+        trace.faces.sort_unstable();
+    }
     traces
 }
 
@@ -305,13 +307,16 @@ fn same_line(curve: &Curve, line: &Curve, tolerance: f64) -> bool {
     super::curve::cross(d, e).abs() < 1e-6 && super::curve::cross(d, &(q - p)).abs() <= tolerance
 }
 
+/// A place with the face that lies there and its area, if one does.
+type Place = (f64, Option<(usize, f64)>);
+
 /// Places within the tolerance of one another, as one: where faces lie, else the middle.
-fn merged_levels(mut levels: Vec<(f64, Option<(usize, f64)>)>, sweep: &Sweep, tolerance: f64) -> Vec<Level> {
+fn merged_levels(mut levels: Vec<Place>, sweep: &Sweep, tolerance: f64) -> Vec<Level> {
     // An angle's tolerance is that of a point a hundred tolerances from the axis.
     let room = if sweep.motion == Motion::Around { 0.01 } else { tolerance };
     let tau = std::f64::consts::TAU;
     levels.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut made: Vec<Vec<(f64, Option<(usize, f64)>)>> = Vec::new();
+    let mut made: Vec<Vec<Place>> = Vec::new();
     for level in levels {
         match made.last_mut() {
             Some(last) if level.0 - last[last.len() - 1].0 <= room => last.push(level),

@@ -42,14 +42,14 @@ impl Interior {
     pub fn new(mesh: &Mesh, adjacency: &Adjacency, segmentation: &Segmentation) -> Self {
         let mut vertices = vec![Vec::new(); segmentation.primitives.len()];
         let mut depth = vec![0; mesh.vertices.len()];
-        for v in 0..mesh.vertices.len() {
+        for (v, depth) in depth.iter_mut().enumerate() {
             let triangles = adjacency.vertex_triangles.row(v);
             let mut labels = triangles.iter().map(|&t| segmentation.labels[t as usize]);
             if let Some(Some(first)) = labels.next()
                 && labels.all(|label| label == Some(first))
             {
                 vertices[first.0 as usize].push(v as u32);
-                depth[v] = BORDER_RINGS;
+                *depth = BORDER_RINGS;
             }
         }
         let mut front: Vec<u32> = (0..depth.len() as u32).filter(|&v| depth[v as usize] == 0).collect();

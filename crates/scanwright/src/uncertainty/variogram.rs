@@ -74,8 +74,8 @@ pub fn measure(
     let residuals = Residuals::new(mesh, interior, segmentation);
     let n: usize = residuals.cores.iter().map(Vec::len).sum();
     let stride = n.div_ceil(N_CENTERS).max(1);
-    let of_faces =
-        par::map(&residuals.cores, |core| Variogram::new(mesh, adjacency, &residuals, core, stride, spacing));
+    let scan = Scan { mesh, adjacency, residuals: &residuals, spacing };
+    let of_faces = par::map(&residuals.cores, |core| Variogram::new(&scan, core, stride));
     let n_centers = n.div_ceil(stride);
     let noise = fitted(&together(&of_faces), spacing, n_centers).unwrap_or(Noise {
         white,
@@ -83,6 +83,15 @@ pub fn measure(
         length: UNSEEN_LENGTH * spacing,
     });
     Noise { white: noise.white.max(tolerances.rounding()), ..noise }
+}
+
+/// Where pairs are looked for.
+struct Scan<'a> {
+    mesh: &'a Mesh,
+    adjacency: &'a Adjacency,
+    residuals: &'a Residuals,
+    /// Of its vertices, length.
+    spacing: f64,
 }
 
 /// Sums over pairs of vertices of one face, by their distance.
@@ -108,34 +117,20 @@ struct Bin {
 
 impl Variogram {
     /// The variogram of one face, from every so many of its vertices.
-    fn new(
-        mesh: &Mesh,
-        adjacency: &Adjacency,
-        residuals: &Residuals,
-        core: &[u32],
-        stride: usize,
-        spacing: f64,
-    ) -> Self {
+    fn new(scan: &Scan, core: &[u32], stride: usize) -> Self {
+        let spacing = scan.spacing;
         let reach = (WIDTH_SHARE * (core.len() as f64).sqrt()).min(N_BINS as f64) * spacing;
         let mut sum = Self { roots: [0.0; N_BINS], distances: [0.0; N_BINS], n_pairs: [0; N_BINS] };
         let mut walk = Walk::default();
         for &center in core.iter().step_by(stride) {
-            sum.add_pairs_of(mesh, adjacency, residuals, &mut walk, center, reach, spacing);
+            sum.add_pairs_of(scan, &mut walk, center, reach);
         }
         sum
     }
 
-    fn add_pairs_of(
-        &mut self,
-        mesh: &Mesh,
-        adjacency: &Adjacency,
-        residuals: &Residuals,
-        walk: &mut Walk,
-        center: u32,
-        reach: f64,
-        spacing: f64,
-    ) {
-        let around = walk.around(mesh, adjacency, residuals, center, reach);
+    fn add_pairs_of(&mut self, scan: &Scan, walk: &mut Walk, center: u32, reach: f64) {
+        let Scan { mesh, residuals, spacing, .. } = scan;
+        let around = walk.around(scan, center, reach);
         let stride = around.len().div_ceil(MOST_PAIRS).max(1);
         let (own, at) = (residuals.of_vertex[center as usize], mesh.vertices[center as usize]);
         for &v in around.iter().step_by(stride) {
@@ -236,14 +231,8 @@ struct Walk {
 
 impl Walk {
     /// Vertices of the face of `center` that can be walked to within `reach` of it, in the order of the walk.
-    fn around(
-        &mut self,
-        mesh: &Mesh,
-        adjacency: &Adjacency,
-        residuals: &Residuals,
-        center: u32,
-        reach: f64,
-    ) -> &[u32] {
+    fn around(&mut self, scan: &Scan, center: u32, reach: f64) -> &[u32] {
+        let Scan { mesh, adjacency, residuals, .. } = scan;
         self.seen.resize(mesh.vertices.len(), false);
         for &v in &self.found {
             self.seen[v as usize] = false;

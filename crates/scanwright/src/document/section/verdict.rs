@@ -213,7 +213,7 @@ fn points(part: &Part, places: &[WeakPlace]) -> Vec<Point> {
     add(Level::Look, "Dimensions that are guesses", references(part, &guessed));
     let insufficient = with(Weakness::Insufficient);
     add(Level::Look, "Sizes known less well than was asked", references(part, &insufficient));
-    points.sort_by(|a, b| b.level.cmp(&a.level));
+    points.sort_by_key(|point| std::cmp::Reverse(point.level));
     points
 }
 

@@ -439,9 +439,9 @@ fn descend(start: f64, (low, high): (f64, f64), distance: &impl Fn(f64) -> (f64,
         }
         // The sign of the slope says on which side the minimum is.
         if slope > 0.0 {
-            high = t
+            high = t;
         } else {
-            low = t
+            low = t;
         }
         let newton = t - slope / bend;
         let next = if bend > 0.0 && low < newton && newton < high { newton } else { 0.5 * (low + high) };
