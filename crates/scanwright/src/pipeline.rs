@@ -302,7 +302,7 @@ pub fn run_revised(
     let stated = stages::stated(&regions.part, &regions.segmentation, &regions.scan.tolerances);
     progress.report(Stage::Regularize, 1.0)?;
 
-    let Attempt { segmentation, relations, dimensions, mut model, mut warnings } =
+    let Attempt { segmentation, relations, dimensions, mut model, mut warnings, mut deviation } =
         attempt::best(&regions, &stated, options, revise);
     regions.segmentation = segmentation;
     let placement = match options.coordinates {
@@ -312,8 +312,8 @@ pub fn run_revised(
     let Regions { scan, support, part, segmentation } = &regions;
     if placement.is_some() {
         (model, warnings) = model::build(&part.mesh, segmentation, support.as_ref(), &scan.tolerances);
+        deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     }
-    let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
     progress.report(Stage::Build, 1.0)?;
 
     let result = reconstruction(regions, stated.noise, model, deviation, warnings);

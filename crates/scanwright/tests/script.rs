@@ -129,6 +129,7 @@ fn build123d_rebuilds_our_solids() {
         let name = case.name;
         let (ours, theirs) = (&verdict["solid"], &verdict["rebuilt"]);
         assert_eq!(theirs["valid"], true, "{name}: {verdict}");
+        if theirs["solids"] != 1 { println!("{}", case.script().text); }
         assert_eq!(theirs["solids"], 1, "{name}: {verdict}");
         for measure in ["volume", "area"] {
             let [a, b] = [ours, theirs].map(|v| v[measure].as_f64().unwrap());

@@ -40,8 +40,8 @@ pub enum NotPlaced {
     Undetermined(String),
 }
 
-/// Share of a part's area that a scan must show. By chance a part finds one of its larger walls: a sixth of a cube.
-const LEAST_COVERED: f64 = 0.2;
+/// Share of a part's area that a scan must show. By chance a part finds two of its walls that are opposite: a third of a cube.
+const LEAST_COVERED: f64 = 0.35;
 /// Motions that may stay open: the turn of a turned part about its own axis.
 const MOST_FREE: usize = 1;
 

@@ -70,7 +70,7 @@ fn round_up(x: f64) -> f64 {
     let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
     // Written as a quotient where the power is below one: decimal fractions then are the nearest numbers to themselves.
     let scaled = |step: f64| if power < 1.0 { step / (1.0 / power).round() } else { step * power };
-    steps.into_iter().map(scaled).find(|limit| *limit >= x).unwrap_or(10.0 * power)
+    steps.into_iter().map(scaled).find(|limit| *limit >= x * (1.0 - f64::EPSILON)).unwrap_or(10.0 * power)
 }
 
 #[cfg(test)]

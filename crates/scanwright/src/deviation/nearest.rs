@@ -90,11 +90,11 @@ impl Nearest {
         self.triangle_and_distance(point).1
     }
 
-    /// The nearest triangle's place in the mesh, and the distance of `point` to it, positive outside.
+    /// The nearest triangle's place in the mesh, and the distance of `point` to it, positive outside; infinite where its
+    /// square is no number.
     pub fn triangle_and_distance(&self, point: &Point3) -> (usize, f64) {
-        let found =
-            self.find(point, f64::INFINITY, |_| true).expect("there are triangles, and all are accepted");
-        (found.triangle as usize, found.signed_distance(point))
+        self.find(point, f64::INFINITY, |_| true)
+            .map_or((0, f64::INFINITY), |found| (found.triangle as usize, found.signed_distance(point)))
     }
 
     /// The nearest of the triangles that `accept` takes (by their number in the mesh) and that are nearer than `within`.

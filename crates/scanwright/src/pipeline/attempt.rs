@@ -1,10 +1,11 @@
 //! Solids with all relations, and where these leave faces without sound surfaces, with fewer of them.
 //!
 //! Making sizes equal moves faces by less than the scan shows, and yet an edge of a narrow fillet may vanish over it. The
-//! solid decides: of those with all relations, without equal sizes and planes, and without any, the first on which no
-//! analytic face had to be replaced is taken, else the one with the least area replaced.
+//! solid decides: of those with all relations, without equal sizes and planes, and without any, the first that is sound, has
+//! every analytic face on its surface and passes the scan is taken, else the one with the least area that is not so.
 
 use crate::brep::{Face, Geometry, Solid};
+use crate::deviation::{self, Deviation};
 use crate::dimension::Dimension;
 use crate::recognize::Primitive;
 use crate::regularize::{Regularized, Relation, RelationKind, Relations};
@@ -29,6 +30,8 @@ pub(super) struct Attempt {
     pub dimensions: Vec<Dimension>,
     pub model: Model,
     pub warnings: Vec<Warning>,
+    /// Of the part's vertices from the model.
+    pub deviation: Option<Deviation>,
 }
 
 /// The best of the attempts. `revise`: see [`super::run_revised`].
@@ -39,22 +42,22 @@ pub(super) fn best(
     revise: &mut dyn FnMut(&mut [Primitive]),
 ) -> Attempt {
     let first = attempt(regions, stated, options, Extent::All, revise);
-    let cost = first.cost();
+    let cost = first.cost(regions);
     // What the user asks for is not second-guessed.
-    if options.relations != Relations::Auto || cost == Cost::NONE {
+    if options.relations != Relations::Auto || cost.is_small(regions) {
         return first;
     }
     let found = first.relations.clone();
     let mut best = (cost, Extent::All, first);
     for extent in [Extent::WithoutSizes, Extent::None] {
-        if best.0 == Cost::NONE {
+        if best.0.is_small(regions) {
             break;
         }
         if extent == Extent::WithoutSizes && !found.iter().any(|r| r.accepted && is_size(r.kind)) {
             continue;
         }
         let other = attempt(regions, stated, options, extent, revise);
-        let cost = other.cost();
+        let cost = other.cost(regions);
         if cost.is_less(&best.0) {
             best = (cost, extent, other);
         }
@@ -80,7 +83,8 @@ fn attempt(
     revise(&mut segmentation.primitives);
     let dimensions = stages::dimensions(part, stated, &mut segmentation, &options);
     let (model, warnings) = model::build(&part.mesh, &segmentation, support.as_ref(), &scan.tolerances);
-    Attempt { segmentation, relations, dimensions, model, warnings }
+    let deviation = deviation::measure(&part.mesh.vertices, &model.mesh);
+    Attempt { segmentation, relations, dimensions, model, warnings, deviation }
 }
 
 /// The relations as they are in the attempt that was taken, and those of the first that it is made without.
@@ -112,18 +116,28 @@ struct Cost {
     n_unsound: usize,
     /// Area of faces that are not on the surface of their region, length squared.
     replaced: f64,
+    /// Area of the scan that the model does not pass, length squared.
+    off: f64,
 }
 
+/// Distance, in spacings, from which a vertex is off the model: rounded edges and noise stay within it.
+const OFF: f64 = 2.0;
+/// Share of the part's area up to which what the model does not pass is the scan's junk.
+const JUNK: f64 = 0.005;
+
 impl Cost {
-    const NONE: Self = Self { n_unsound: 0, replaced: 0.0 };
+    fn is_small(&self, regions: &Regions) -> bool {
+        self.n_unsound == 0 && self.replaced == 0.0 && self.off < JUNK * regions.part.mesh.total_area()
+    }
 
     fn is_less(&self, other: &Self) -> bool {
-        self.n_unsound.cmp(&other.n_unsound).then(self.replaced.total_cmp(&other.replaced)).is_lt()
+        let area = |cost: &Self| cost.replaced + cost.off;
+        self.n_unsound.cmp(&other.n_unsound).then(area(self).total_cmp(&area(other))).is_lt()
     }
 }
 
 impl Attempt {
-    fn cost(&self) -> Cost {
+    fn cost(&self, of: &Regions) -> Cost {
         let Model { solids, facts, mesh, regions, primitives, .. } = &self.model;
         let unsound = facts.iter().filter(|facts| !facts.closed || !facts.problems.is_empty());
         // Regions of which some face is not on their surface, and how much of their area that is.
@@ -139,7 +153,10 @@ impl Attempt {
             (replaced, all) => mesh.area(t) * replaced as f64 / all as f64,
         });
         let no_solid = usize::from(solids.is_empty());
-        Cost { n_unsound: unsound.count() + no_solid, replaced: replaced.sum() }
+        let farthest = OFF * of.scan.tolerances.spacing();
+        let off = self.deviation.as_ref().map_or(1.0, |deviation| 1.0 - deviation.share_within(farthest));
+        let off = off * of.part.mesh.total_area();
+        Cost { n_unsound: unsound.count() + no_solid, replaced: replaced.sum(), off }
     }
 }
 

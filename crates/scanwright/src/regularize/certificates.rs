@@ -1,10 +1,11 @@
 //! What each relation rests on: how far its members were from it, and what making it exact cost their points.
 
+use super::asked::Asked;
 use super::evidence::{Evidence, turn_to};
+use super::found::{Found, Part, Refusal, Voices};
 use super::relation::{Manufacture, Relation, RelationKind};
 use super::relations::Pair;
 use super::sizes::{SizeKind, Sizes};
-use super::{Asked, Found, Part, Refusal, Voices};
 use crate::math::{Mat3, UnitVec3, angle_between};
 use crate::recognize::Primitive;
 use crate::surface::Surface;
