@@ -2,7 +2,8 @@
 //!
 //! Making sizes equal moves faces by less than the scan shows, and yet an edge of a narrow fillet may vanish over it. The
 //! solid decides: of those with all relations, without equal sizes and planes, and without any, the first that is sound, has
-//! every analytic face on its surface and passes the scan is taken, else the one with the least area that is not so.
+//! every analytic face on its surface and passes the scan is taken, else the one with the least area that is not so. Without
+//! any relation only where all of the part was seen.
 
 use crate::brep::{Face, Geometry, Solid};
 use crate::deviation::{self, Deviation};
@@ -54,6 +55,11 @@ pub(super) fn best(
             break;
         }
         if extent == Extent::WithoutSizes && !found.iter().any(|r| r.accepted && is_size(r.kind)) {
+            continue;
+        }
+        // What nobody saw is extended from faces that only relations hold in their direction.
+        let is_seen = best.2.model.facts.iter().all(|facts| facts.n_assumed == 0);
+        if extent == Extent::None && !is_seen {
             continue;
         }
         let other = attempt(regions, stated, options, extent, revise);
