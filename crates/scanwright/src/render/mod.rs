@@ -1,6 +1,6 @@
 //! Pictures, made on the processor: no graphics card, and the same bytes whatever the number of threads.
 //!
-//! [`picture`] lays views out in a grid, all at one scale; [`panel`] draws one, with values or a marked place. Each view is rasterized into a z-buffer of `SAMPLES` x
+//! [`picture`] lays views out in a grid, all at one scale; [`panel()`] draws one, with values or a marked place. Each view is rasterized into a z-buffer of `SAMPLES` x
 //! `SAMPLES` samples per pixel, shaded with a key light, a sky and the occlusion of the depth buffer, and its region
 //! borders and outlines are drawn as thin dark lines.
 //!
