@@ -3,9 +3,11 @@
     python scripts/coverage.py BENCH OUT
 
 BENCH is the folder with evaluate.py and the cases, OUT that of the results. Of every surface found: radius, half-angle, radii of
-tori, and of planes the place at the middle of what was seen, each error over its stated standard uncertainty.
+tori, and of planes the place at the middle of what was seen, each error over its stated standard uncertainty. Then the noise that
+was measured over the noise that was made, per grade.
 """
 
+import json
 import sys
 
 import cases
@@ -51,6 +53,28 @@ def rows_of(folder, result):
                 yield truth["grade"], f"{surface['type']}: {name}", error, stated
 
 
+MADE_LENGTH = 10  # grid spacings over which the benchmark's wavy noise falls to 1/e
+
+
+def noise_of(folder, result):
+    """Grade, and measured over made: white noise, correlated noise, its length."""
+    truth = cases.read_truth(folder)[0]
+    made, spacing = truth["noise"], truth["grid_spacing"]
+    measured = json.loads((result / "part.json").read_text())["scan"]["residual_noise"]
+    pairs = (measured["white"], made["white"]), (measured["correlated"], made["wavy"]), (measured["length"], MADE_LENGTH)
+    return truth["grade"], [a / (b * spacing) for a, b in pairs]
+
+
+def print_noise(rows):
+    print("\n| noise measured over made | white | correlated | length |")
+    print("|---|---|---|---|")
+    for grade in cases.GRADES:
+        of_grade = numpy.array([ratios for g, ratios in rows if g == grade])
+        spans = zip(*numpy.quantile(of_grade, (0, 0.25, 0.5, 0.75, 1), axis=0))
+        cells = " | ".join(f"{m:.2f} ({q:.2f} .. {r:.2f}; all {a:.2f} .. {b:.2f})" for a, q, m, r, b in spans)
+        print(f"| {grade} | {cells} |")
+
+
 def main():
     bench, out = cases.folders(sys.argv[1:], 2)
     cases.use_bench(bench)
@@ -65,6 +89,8 @@ def main():
             within = numpy.mean(numpy.abs(error) <= WIDE * stated)
             ratio = numpy.median(stated) / (ROBUST * numpy.median(numpy.abs(error)))
             print(f"| {grade}: {kind} | {len(some)} | {100 * within:.0f} % | {ratio:.2f} |")
+    print_noise([noise_of(folder, out / folder.name) for folder in cases.case_folders(bench)])
+
 
 
 if __name__ == "__main__":

@@ -18,8 +18,8 @@ use crate::{outputs, scan};
 pub fn run(args: &AlignArgs) -> Result<Code, Failure> {
     let mut paths = vec![args.output.as_path()];
     paths.extend(args.json.as_deref());
-    outputs::check(&args.scan, &paths, args.force)?;
-    console::watched(args.quiet, args.threads, |console| align(args, console))
+    outputs::check(&args.scan, &paths, args.run.force)?;
+    console::watched(args.run.quiet, args.run.threads, |console| align(args, console))
 }
 
 fn align(args: &AlignArgs, console: &Console) -> Result<Code, Failure> {
@@ -38,7 +38,7 @@ fn align(args: &AlignArgs, console: &Console) -> Result<Code, Failure> {
     }
     outputs::write(&files)?;
     console.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         print!("{}", placed.summary());
         for (path, _) in &files {
             println!("wrote      {}", path.display());

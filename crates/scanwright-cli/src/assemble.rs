@@ -22,7 +22,7 @@ use crate::{outputs, scan};
 pub fn run(args: &AssembleArgs) -> Result<Code, Failure> {
     let paths: Vec<&Path> =
         [Some(&args.output), args.json.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
-    outputs::check(&args.scan, &paths, args.force)?;
+    outputs::check(&args.scan, &paths, args.run.force)?;
     for file in files(args)? {
         for part in [&file.looked_for, &file.written] {
             outputs::check(part, &paths, true).map_err(|failure| match failure {
@@ -33,7 +33,7 @@ pub fn run(args: &AssembleArgs) -> Result<Code, Failure> {
             })?;
         }
     }
-    console::watched(args.quiet, args.threads, |console| assemble(args, console))
+    console::watched(args.run.quiet, args.run.threads, |console| assemble(args, console))
 }
 
 /// A part as asked for.
@@ -73,12 +73,12 @@ fn assemble(args: &AssembleArgs, console: &Console) -> Result<Code, Failure> {
     }
     outputs::write(&files)?;
     console.finish();
-    for part in parts.iter().filter(|_| !args.quiet) {
+    for part in parts.iter().filter(|_| !args.run.quiet) {
         for unread in &part.model.unread {
             console.log(&format!("{}: {unread}", part.name));
         }
     }
-    if !args.quiet {
+    if !args.run.quiet {
         print!("{}", summary(&parts, &results, units));
     }
     Ok(if results.iter().all(Result::is_ok) { Code::Done } else { Code::Partly })

@@ -26,19 +26,14 @@ pub fn run(args: &CheckArgs) -> Result<Code, Failure> {
     if !args.datums.is_empty() && args.align != AlignFlag::Datum {
         return Err(Failure::Usage("--datums is for --align datum".into()));
     }
-    if let Some(step) = args.update.as_deref().filter(|path| is_step_name(path)) {
+    if let Some(step) = args.update.as_deref().filter(|path| known::is_step_name(path)) {
         let reason =
             format!("{}: measured values are written as JSON; no STEP file is updated", step.display());
         return Err(Failure::Usage(reason));
     }
-    outputs::check(&args.scan, &paths, args.force)?;
-    outputs::check(&args.model, &paths, args.force)?;
-    console::watched(args.quiet, args.threads, |console| run_watched(args, console))
-}
-
-fn is_step_name(path: &Path) -> bool {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    matches!(extension.as_deref(), Some("step" | "stp" | "p21"))
+    outputs::check(&args.scan, &paths, args.run.force)?;
+    outputs::check(&args.model, &paths, args.run.force)?;
+    console::watched(args.run.quiet, args.run.threads, |console| run_watched(args, console))
 }
 
 /// A scan on its model.
@@ -77,7 +72,7 @@ fn run_watched(args: &CheckArgs, console: &Console) -> Result<Code, Failure> {
     outputs::write(&files)?;
     console.note(Stage::Write, 1.0);
     console.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         print!("{}", summary::of(&done));
         for (path, _) in &files {
             println!("wrote      {}", path.display());

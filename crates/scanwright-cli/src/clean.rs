@@ -16,8 +16,8 @@ pub fn run(args: &CleanArgs) -> Result<Code, Failure> {
     if args.neighbors == NeighborsFlag::Edge && !is_suns {
         return Err(Failure::Usage("--neighbors is for --denoise sun2007 and random-walk".into()));
     }
-    outputs::check(&args.scan, &[&args.output], args.force)?;
-    console::watched(args.quiet, args.threads, |console| clean(args, console))
+    outputs::check(&args.scan, &[&args.output], args.run.force)?;
+    console::watched(args.run.quiet, args.run.threads, |console| clean(args, console))
 }
 
 fn clean(args: &CleanArgs, console: &Console) -> Result<Code, Failure> {
@@ -28,7 +28,7 @@ fn clean(args: &CleanArgs, console: &Console) -> Result<Code, Failure> {
         .map_err(|error| Failure::of_run(&args.scan, error))?;
     outputs::write(&[(&args.output, io::write_ply(&cleaned.mesh, None, None))])?;
     console.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         println!("{}", summary(&cleaned));
         console.log(&crate::summary::timings_line(&console.timings()));
     }

@@ -22,11 +22,11 @@ use crate::{classify, gprimdb, outputs, picture, relations, summary};
 
 /// Turns a scan into a STEP solid.
 pub fn run(args: &ConvertArgs) -> Result<Code, Failure> {
-    outputs::check(&args.scan, &output_paths(args), args.force)?;
+    outputs::check(&args.scan, &output_paths(args), args.run.force)?;
     if let Some(path) = &args.report {
         crate::report::format_of(path)?;
     }
-    console::watched(args.quiet, args.threads, |console| convert(args, console))
+    console::watched(args.run.quiet, args.run.threads, |console| convert(args, console))
 }
 
 fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
@@ -46,12 +46,12 @@ fn convert(args: &ConvertArgs, console: &Console) -> Result<Code, Failure> {
     console.note(Stage::Write, 0.5);
     let timings = console.timings();
     if let Some(path) = &args.timings {
-        files.push((path, summary::timings_json(&timings, args.threads)));
+        files.push((path, summary::timings_json(&timings, args.run.threads)));
     }
     outputs::write(&files)?;
     console.note(Stage::Write, 1.0);
     console.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
         let known = known.as_deref().unwrap_or_default();
         print!(

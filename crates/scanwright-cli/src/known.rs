@@ -29,11 +29,15 @@ pub fn read(path: &Path, units: Units, seed: u64) -> Result<(PriorModel, Measure
     Ok((in_units(model, units), Measure::Triangles))
 }
 
-fn is_step(bytes: &[u8], path: &Path) -> bool {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let named = matches!(extension.as_deref(), Some("step" | "stp" | "p21"));
+pub fn is_step(bytes: &[u8], path: &Path) -> bool {
     let start = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0);
-    named || bytes[start..].starts_with(b"ISO-10303-21")
+    is_step_name(path) || bytes[start..].starts_with(b"ISO-10303-21")
+}
+
+/// Whether a file is named as STEP files are.
+pub fn is_step_name(path: &Path) -> bool {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    matches!(extension.as_deref(), Some("step" | "stp" | "p21"))
 }
 
 fn in_units(model: PriorModel, units: Units) -> PriorModel {

@@ -10,6 +10,7 @@ use scanwright::step;
 
 use crate::args::ReportArgs;
 use crate::exit::{Code, Failure};
+use crate::known::is_step;
 use crate::{console, outputs, scan};
 
 /// Writes a result as a document.
@@ -88,11 +89,4 @@ fn read_model(path: &Path, part: &Part) -> Result<PriorModel, Failure> {
     };
     let factor = model.millimetres.zip(part.millimetres()).map_or(1.0, |(own, unit)| own / unit);
     Ok(model.scaled(factor))
-}
-
-fn is_step(bytes: &[u8], path: &Path) -> bool {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    let named = matches!(extension.as_deref(), Some("step" | "stp" | "p21"));
-    let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(0);
-    named || bytes[start..].starts_with(b"ISO-10303-21")
 }

@@ -27,8 +27,8 @@ pub fn run(args: &SegmentArgs) -> Result<Code, Failure> {
     if args.regions.is_some_and(|k| k > MOST_ASKED) {
         return Err(Failure::Usage(format!("--regions: {MOST_ASKED} at most")));
     }
-    outputs::check(&args.scan, &[&args.output], args.force)?;
-    console::watched(args.quiet, args.threads, |console| segment(args, console))
+    outputs::check(&args.scan, &[&args.output], args.run.force)?;
+    console::watched(args.run.quiet, args.run.threads, |console| segment(args, console))
 }
 
 fn segment(args: &SegmentArgs, console: &Console) -> Result<Code, Failure> {
@@ -39,7 +39,7 @@ fn segment(args: &SegmentArgs, console: &Console) -> Result<Code, Failure> {
     let ids = report::segment_ids(&segmented.labels_of_scan(file.mesh.triangles.len()));
     outputs::write(&[(&args.output, io::write_ply(&file.mesh, Some(("primitive", &ids)), None))])?;
     console.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         println!("{}", summary(&segmented));
         console.log(&crate::summary::timings_line(&console.timings()));
     }

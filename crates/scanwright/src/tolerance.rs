@@ -33,8 +33,12 @@ impl Tolerances {
     /// Default largest gap of a solid, as a share of the vertex spacing: far below what the scan can show.
     const GAP_PER_SPACING: f64 = 0.05;
 
-    /// Form deviation of directions, radians: 0.05 degrees.
-    const FORM_ANGLE: f64 = 0.05 * std::f64::consts::PI / 180.0;
+    /// Relative difference up to which numbers that were made equal are still so after arithmetic: a million roundings.
+    pub const SAME: f64 = 1e-9;
+
+    /// Radians: standard deviation of a real face's direction from the one its design means, by how it was made: what a
+    /// milled or printed face keeps over its size (0.05 degrees). However well a direction was seen, it says no more.
+    pub const FORM_ANGLE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
     /// Tolerances for a scan with these measured facts; `gap` overrides the largest gap of the solid.
     pub fn new(measured: Measured, gap: Option<f64>) -> Self {
@@ -80,12 +84,6 @@ impl Tolerances {
     /// Length: standard deviation of the scanner's spot; zero when no sharp edge showed it.
     pub fn edge_rounding(&self) -> f64 {
         self.measured.edge_rounding
-    }
-
-    /// Radians: standard deviation of a real face's direction from the one its design means, by how it was made: what a
-    /// milled or printed face keeps over its size (0.05 degrees). However well a direction was seen, it says no more.
-    pub fn form_angle(&self) -> f64 {
-        Self::FORM_ANGLE
     }
 
     /// Length: largest gap that the exported solid may have. Written into STEP.

@@ -226,7 +226,7 @@ fn angle_of_pair(other: [f64; 2], sigmas: f64) -> (f64, f64) {
     scene.add_plane([0.0, 0.0, 50.0], Vec3::z(), LARGE, [0.0; 2]);
     // The other's own uncertainty and that of real faces, which every direction has.
     let u = tilt_uncertainties(other);
-    let form = scene.tolerances().form_angle();
+    let form = Manufacture::default().angle;
     let (large, n) = (tilt_uncertainties(LARGE), 2.0);
     let total = (u[0] * u[0] + form * form + (large[0] * large[0] + form * form) / n).sqrt();
     let strip = scene.add_plane([0.0, 0.0, 100.0], Vec3::z(), other, [sigmas * total / u[0], 0.0]);

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{SupportFlag, Unit, parse_count};
+use super::{RunFlags, SupportFlag, Unit};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -40,15 +40,9 @@ pub struct AssembleArgs {
     /// Seed of all random choices
     #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
     pub seed: u64,
-    /// Threads to work with [default: all processors]; the result is the same
-    #[arg(long, value_parser = parse_count)]
-    pub threads: Option<usize>,
-    /// Overwrite outputs that exist
-    #[arg(long)]
-    pub force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
+    /// How the run goes about it
+    #[command(flatten)]
+    pub run: RunFlags,
 }
 
 fn parse_replacement(text: &str) -> Result<(String, PathBuf), String> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{SupportFlag, Unit, parse_count, parse_length};
+use super::{RunFlags, SupportFlag, Unit, parse_length};
 
 /// Flags of `check`.
 #[derive(Debug, Args)]
@@ -47,15 +47,9 @@ pub struct CheckArgs {
     /// Seed of all random choices
     #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
     pub seed: u64,
-    /// Threads to work with [default: all processors]; the result is the same
-    #[arg(long, value_parser = parse_count)]
-    pub threads: Option<usize>,
-    /// Overwrite outputs that exist
-    #[arg(long)]
-    pub force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
+    /// How the run goes about it
+    #[command(flatten)]
+    pub run: RunFlags,
 }
 
 /// `--align` of `check`.

@@ -8,11 +8,13 @@ mod align;
 mod assemble;
 mod check;
 mod report;
+mod run;
 
 pub use align::{ALIGN_EXAMPLES, AlignArgs, FrameFlag};
 pub use assemble::AssembleArgs;
 pub use check::{AlignFlag, CHECK_EXAMPLES, CheckArgs};
 pub use report::ReportArgs;
+pub use run::RunFlags;
 
 /// From a raw 3D scan to a closed CAD solid.
 #[derive(Debug, Parser)]
@@ -280,18 +282,12 @@ pub struct ConvertArgs {
     /// Seed of all random choices
     #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
     pub seed: u64,
-    /// Threads to work with [default: all processors]; the result is the same
-    #[arg(long, value_parser = parse_count)]
-    pub threads: Option<usize>,
     /// Write how long each stage took, as JSON
     #[arg(long, value_name = "FILE")]
     pub timings: Option<PathBuf>,
-    /// Overwrite outputs that exist
-    #[arg(long)]
-    pub force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
+    /// How the run goes about it
+    #[command(flatten)]
+    pub run: RunFlags,
 }
 
 /// `--pipeline`.
@@ -336,15 +332,9 @@ pub struct CleanArgs {
     /// Whether to look for a table under the part and take it away
     #[arg(long, value_enum, default_value_t = SupportFlag::Auto)]
     pub support: SupportFlag,
-    /// Threads to work with [default: all processors]; the result is the same
-    #[arg(long, value_parser = parse_count)]
-    pub threads: Option<usize>,
-    /// Overwrite the output if it exists
-    #[arg(long)]
-    pub force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
+    /// How the run goes about it
+    #[command(flatten)]
+    pub run: RunFlags,
 }
 
 /// `--denoise`.
@@ -396,15 +386,9 @@ pub struct SegmentArgs {
     /// Seed of all random choices
     #[arg(long, default_value_t = scanwright::pipeline::Options::DEFAULT_SEED)]
     pub seed: u64,
-    /// Threads to work with [default: all processors]; the result is the same
-    #[arg(long, value_parser = parse_count)]
-    pub threads: Option<usize>,
-    /// Overwrite the output if it exists
-    #[arg(long)]
-    pub force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
+    /// How the run goes about it
+    #[command(flatten)]
+    pub run: RunFlags,
 }
 
 /// `--method`.

@@ -8,9 +8,10 @@ use crate::math::{UnitVec3, Vec3, angle_between};
 use crate::mesh::Adjacency;
 use crate::segment::Segmentation;
 use crate::surface::Surface;
+use crate::tolerance::Tolerances;
 
 /// Sine of the angle up to which directions are one: relations make them so to rounding.
-const PARALLEL: f64 = 1e-9;
+const PARALLEL: f64 = Tolerances::SAME;
 /// Axes of one direction up to which every two have a distance; of more, each has one to its nearest.
 const MOST_IN_PAIRS: usize = 8;
 

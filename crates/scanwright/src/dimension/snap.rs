@@ -3,6 +3,7 @@
 use super::{Dimension, DimensionKind};
 use crate::segment::Segmentation;
 use crate::surface::{Plane, Surface};
+use crate::tolerance::Tolerances;
 
 /// The segmentation with the round values that were offered in place of the measured ones where that leaves nothing else
 /// undone: diameters, half-angles, and distances of planes from the largest of their direction. Each decision is noted in
@@ -66,8 +67,8 @@ fn apply(
 
 /// Moves all planes that are one with `level` away from `datum` by `by`.
 fn move_level(segmentation: &mut Segmentation, datum: &Plane, level: &Plane, by: f64) {
-    /// Share of the coordinates within which planes are one: relations make them so to rounding.
-    const ONE: f64 = 1e-9;
+    // Relations make planes one to rounding.
+    const ONE: f64 = Tolerances::SAME;
     let away = datum.signed_distance(&level.point).signum();
     let motion = datum.normal.into_inner() * (away * by);
     let scale = level.point.coords.amax().max(datum.point.coords.amax());

@@ -12,6 +12,7 @@ use crate::recognize::Primitive;
 use crate::regularize::{Regularized, Relation, RelationKind, Relations};
 use crate::segment::Segmentation;
 use crate::surface::Surface;
+use crate::tolerance::Tolerances;
 
 use super::stages::{self, Stated};
 use super::{Model, Options, Regions, Warning, model};
@@ -172,7 +173,7 @@ fn is_replaced(solid: &Solid, face: &Face, primitives: &[Primitive]) -> bool {
     match (solid.geometry(face), own) {
         (Geometry::Spline(_), _) => true,
         (Geometry::Analytic(Surface::Plane(facet)), Surface::Plane(own)) => {
-            facet.normal.cross(&own.normal).norm() > 1e-6
+            facet.normal.cross(&own.normal).norm() > Tolerances::SAME
         }
         (Geometry::Analytic(surface), own) => surface.kind() != own.kind(),
     }

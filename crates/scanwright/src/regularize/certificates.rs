@@ -1,6 +1,5 @@
 //! What each relation rests on: how far its members were from it, and what making it exact cost their points.
 
-use super::asked::Asked;
 use super::evidence::{Evidence, turn_to};
 use super::found::{Found, Part, Refusal, Voices};
 use super::relation::{Manufacture, Relation, RelationKind};
@@ -17,7 +16,6 @@ pub(super) fn of(
     voices: &Voices,
     primitives: &[Primitive],
     manufacture: &Manufacture,
-    asked: Option<&Asked>,
 ) -> Vec<Relation> {
     let certify = Certify { part, primitives, manufacture };
     let clusters = &found.perpendicular.clusters;
@@ -40,9 +38,6 @@ pub(super) fn of(
         ..certify.perpendicular(pair, best(pair))
     }));
     relations.extend(voices.refused.iter().map(|&(k, refusal)| certify.refused(k, refusal)));
-    if asked.is_some() {
-        relations.retain(|relation| relation.kind != RelationKind::Parallel || relation.of.len() > 1);
-    }
     relations
 }
 

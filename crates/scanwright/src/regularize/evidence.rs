@@ -2,11 +2,8 @@
 //!
 //! The covariance that comes with a primitive is that of its fit, which leaves out every point that the rounding of
 //! an edge might have moved; for narrow faces that is nearly all of them, and the uncertainty said is several times the
-//! error made. A test of relations needs the error that is really made: all vertices inside the region count, one
-//! in [`VERTICES_PER_SAMPLE`] as independent. Against the true normals of the benchmark's planes this covers 95 %
-//! within 1.8 (230 planes of the scan grade) to 2.1 standard uncertainties (245 of the clean grade). It says up
-//! to a half too little for the widest faces, which the form deviation covers, and two to three times too much for the
-//! narrowest. Axes of revolution follow the same rule, but were not held against truth.
+//! error made. A test of relations needs the error that is really made: all vertices inside the region count, under the
+//! noise that was measured (`uncertainty`).
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Rotation3};
 

@@ -94,8 +94,7 @@ pub fn regularize(
     loop {
         let found = Found::new(&part, &voices, &options.manufacture, asked.as_ref());
         if let Some(primitives) = found.applied(&part, &mut voices) {
-            let relations =
-                certificates::of(&part, &found, &voices, &primitives, &options.manufacture, asked.as_ref());
+            let relations = certificates::of(&part, &found, &voices, &primitives, &options.manufacture);
             let segmentation = Segmentation { primitives, labels: segmentation.labels.clone() };
             return Regularized { segmentation, relations };
         }

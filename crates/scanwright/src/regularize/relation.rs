@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::tolerance::Tolerances;
+
 /// What is equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -82,8 +84,8 @@ pub struct Manufacture {
 }
 
 impl Default for Manufacture {
-    /// No length, which has a unit; 0.05 degrees, what a milled or printed face keeps over its size.
+    /// No length, which has a unit; of angles what milled and printed faces keep.
     fn default() -> Self {
-        Self { length: 0.0, angle: 0.05 * std::f64::consts::PI / 180.0 }
+        Self { length: 0.0, angle: Tolerances::FORM_ANGLE }
     }
 }

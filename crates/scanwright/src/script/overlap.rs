@@ -89,7 +89,22 @@ fn moved_out(ring: &Ring, s: usize, by: f64) -> Option<Ring> {
     if from.is_none() {
         segments.insert(s, straight(segment.from, start));
     }
-    Some(Ring::new(segments))
+    let moved = Ring::new(segments);
+    (!crosses_itself(&moved.polygon)).then_some(moved)
+}
+
+/// Whether two sides of a polygon that are no neighbours cross.
+fn crosses_itself(polygon: &[Point2]) -> bool {
+    let n = polygon.len();
+    let side = |i: usize| (polygon[i], polygon[(i + 1) % n]);
+    let turn = |a: Point2, b: Point2, c: Point2| cross(&(b - a), &(c - a));
+    (0..n).any(|i| {
+        let (a, b) = side(i);
+        (i + 2..n).filter(|j| (j + 1) % n != i).any(|j| {
+            let (c, d) = side(j);
+            turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0
+        })
+    })
 }
 
 /// Where a straight neighbour that ends at `end` meets the moved line; `None` when it does not, or would far away.

@@ -33,7 +33,8 @@ const UNSEEN_SPOT: f64 = 0.5;
 pub struct Interior {
     /// One list per region, ascending: vertices whose triangles all belong to it.
     pub vertices: Vec<Vec<u32>>,
-    /// One per vertex of the mesh: edges to the nearest vertex outside the lists, at most `BORDER_RINGS`.
+    /// One per vertex of the mesh: edges to the nearest vertex outside the lists, at most `BORDER_RINGS`. The border of the
+    /// scan is none: what lies there was seen beside nothing else.
     depth: Vec<u8>,
 }
 
@@ -65,7 +66,6 @@ impl Interior {
             }
             front = next;
         }
-        // The border of the scan is none of a region: what lies there was seen beside nothing else.
         Self { vertices, depth }
     }
 
