@@ -58,7 +58,7 @@ fn a_model_against_its_own_vertices_is_zero_within_rounding() {
 fn a_wider_bore_a_lower_face_and_a_new_boss_are_found_with_their_values() {
     let model = Plate::default().model();
     let made = Plate { bore: 5.1, extra: true, ..Plate::default() };
-    let scan = scan_of(&made.mesh_with_boss(0.45 * SPACING, BOSS.2 - 0.05), NOISE, &random_pose(12), 2);
+    let scan = scan_of(&made.mesh_with_boss(0.7 * SPACING, BOSS.2 - 0.05), NOISE, &random_pose(12), 2);
     let (_, _, result) = checked(&model, &scan, Some(0.03));
 
     let wider = change_of(&result, &model, "bore", ChangeKind::Resized);

@@ -11,6 +11,7 @@ use scanwright::random::Rng;
 use scanwright::segment::Segmentation;
 use scanwright::surface::{Cylinder, Plane, Surface};
 use scanwright::tolerance::Tolerances;
+use scanwright::uncertainty::{self, Interior};
 
 use crate::scanned::{box_distance, scan, with_noise};
 
@@ -158,7 +159,9 @@ pub fn bare_part(mesh: &Mesh) -> Part {
     let adjacency = Adjacency::new(mesh);
     let tolerances = Tolerances::new(condition::measure(mesh, &adjacency), None);
     let segmentation = Segmentation { labels: vec![None; mesh.triangles.len()], primitives: Vec::new() };
+    let interior = Interior::new(mesh, &adjacency, &segmentation);
     Part {
+        noise: uncertainty::measure(mesh, &adjacency, &interior, &segmentation, &tolerances),
         normals: mesh.vertex_normals(),
         scan_vertex: (0..mesh.vertices.len() as u32).collect(),
         mesh: mesh.clone(),

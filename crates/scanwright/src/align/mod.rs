@@ -25,12 +25,14 @@ pub use elements::{Element, of_part as elements_of};
 pub use spread::{Freedom, vertices_per_sample};
 pub use target::{Hit, LEAST_COSINE, Measure, Target};
 
+use crate::fit::Noise;
 use crate::math::{Point3, Pose, Vec3};
-use crate::mesh::{Mesh, VertId};
+use crate::mesh::{Adjacency, Mesh, VertId};
 use crate::pipeline::Segmented;
 use crate::prior::{PriorFace, PriorModel};
 use crate::segment::Segmentation;
 use crate::tolerance::Tolerances;
+use crate::uncertainty::{self, Interior};
 
 /// The part of a scan without its table.
 #[derive(Debug, Clone)]
@@ -45,6 +47,8 @@ pub struct Part {
     pub segmentation: Segmentation,
     /// What the scanner did.
     pub tolerances: Tolerances,
+    /// Its noise, as what is left of it on the regions shows it.
+    pub noise: Noise,
 }
 
 impl Part {
@@ -54,12 +58,17 @@ impl Part {
         let (mesh, old_triangles, scan_vertex) = segmented.mesh.submesh(on_part);
         let labels = old_triangles.iter().map(|&t| segmented.segmentation.labels[t as usize]).collect();
         let primitives = segmented.segmentation.primitives.clone();
+        let segmentation = Segmentation { labels, primitives };
+        let adjacency = Adjacency::new(&mesh);
+        let interior = Interior::new(&mesh, &adjacency, &segmentation);
+        let tolerances = segmented.tolerances;
         Self {
+            noise: uncertainty::measure(&mesh, &adjacency, &interior, &segmentation, &tolerances),
             normals: mesh.vertex_normals(),
             mesh,
             scan_vertex,
-            segmentation: Segmentation { labels, primitives },
-            tolerances: segmented.tolerances,
+            segmentation,
+            tolerances,
         }
     }
 }

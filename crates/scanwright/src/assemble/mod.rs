@@ -171,5 +171,6 @@ fn part_of(scan: &Part, keep: impl Fn(usize) -> bool) -> Part {
         scan_vertex: old_vertices.iter().map(|v| scan.scan_vertex[*v as usize]).collect(),
         segmentation,
         tolerances: scan.tolerances,
+        noise: scan.noise,
     }
 }

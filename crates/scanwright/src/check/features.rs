@@ -3,7 +3,7 @@
 use super::{Form, Options, Sighting, Sightings, Verdict, decide, form};
 use crate::align::{Alignment, LEAST_COSINE, Part, Target};
 use crate::fit::{
-    Fit, Samples, Weights, least_squares, parameter_covariance, parameter_frame, parameter_names, refine,
+    Fit, Samples, Weights, correlated_covariance, least_squares, parameter_frame, parameter_names, refine,
 };
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, angle_between, centroid, stats, try_unit};
 use crate::par;
@@ -113,10 +113,12 @@ impl Context<'_> {
         // Of all vertices of the face, so many as the fit kept of those it was given.
         let kept = inliers.points.len() as f64 / thinned.points.len() as f64;
         let n_points = (kept * all.points.len() as f64).round();
-        // A thinned fit knows no more than the points it was given.
-        let n_effective = (n_points / self.alignment.vertices_per_sample).min(inliers.points.len() as f64);
         let sigma = rms.max(self.part.tolerances.rounding());
-        let covariance = parameter_covariance(&surface, &inliers, sigma, n_effective);
+        // What it lies off its own surface, by more than noise explains, is form, and spread over it.
+        let misfit = (sigma / self.part.noise.sigma()).max(1.0);
+        let noise = self.part.noise.times(misfit);
+        // A thinned fit knows no more than the points it was given.
+        let covariance = correlated_covariance(&surface, &inliers, inliers.points.len(), &noise, |_| 0.0);
         let center = centroid(&inliers.points);
         let mut feature = Feature {
             face,

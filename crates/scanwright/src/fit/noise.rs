@@ -27,6 +27,12 @@ impl Noise {
         self.white.hypot(self.correlated)
     }
 
+    /// So many times as much of both kinds.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        Self { white: self.white * factor, correlated: self.correlated * factor, ..*self }
+    }
+
     /// Covariance of the distances of two vertices whose distance, squared, is given.
     fn shared(&self, distance_sq: f64) -> f64 {
         self.correlated * self.correlated * (-distance_sq / (self.length * self.length)).exp()

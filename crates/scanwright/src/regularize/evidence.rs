@@ -58,8 +58,7 @@ impl Evidence {
         let n_effective = (vertices.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
         let variance = sigma * sigma * samples.points.len() as f64 / n_effective;
         let misfit = (sigma / noise.sigma()).max(1.0);
-        let noise = Noise { white: noise.white * misfit, correlated: noise.correlated * misfit, ..*noise };
-        let rows = correlated_covariance(surface, &samples, vertices.len(), &noise, |_| 0.0);
+        let rows = correlated_covariance(surface, &samples, vertices.len(), &noise.times(misfit), |_| 0.0);
         let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
         if covariance.is_empty() {
             return None;

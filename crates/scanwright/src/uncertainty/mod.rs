@@ -125,9 +125,10 @@ fn of_fit(
     let spot = unknown_shift(tolerances);
     let mean_square = points.iter().map(|p| surface.signed_distance(p).powi(2)).sum::<f64>() / n as f64;
     let misfit = (mean_square.sqrt() / noise.sigma()).max(1.0);
-    let noise = Noise { white: noise.white * misfit, correlated: noise.correlated * misfit, ..*noise };
     let samples = Samples { points, normals: Vec::new() };
-    let covariance = correlated_covariance(surface, &samples, n, &noise, |p| spot * surface.curvature_sum(p));
+    let covariance = correlated_covariance(surface, &samples, n, &noise.times(misfit), |p| {
+        spot * surface.curvature_sum(p)
+    });
     Some(covariance).filter(|c| !c.is_empty())
 }
 
