@@ -6,6 +6,7 @@ use std::time::Instant;
 use scanwright::align::{Measure, Options, Part, Target, align, border_width};
 use scanwright::check::{self, check};
 use scanwright::condition;
+use scanwright::fit::Noise;
 use scanwright::mesh::{Adjacency, Mesh};
 use scanwright::segment::Segmentation;
 use scanwright::tolerance::Tolerances;
@@ -22,12 +23,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while mesh.vertices.len() < wanted {
         mesh = refined(&mesh);
     }
+    let noise = Noise { white: tolerances.noise(), correlated: 0.0, length: tolerances.spacing() };
     let part = Part {
         normals: mesh.vertex_normals(),
         scan_vertex: (0..mesh.vertices.len() as u32).collect(),
         segmentation: Segmentation { labels: vec![None; mesh.triangles.len()], primitives: Vec::new() },
         mesh,
         tolerances,
+        noise,
     };
     let start = Instant::now();
     let target =
