@@ -160,7 +160,7 @@ fn drawn(face: &Face, noise: &Noise, draw: u64) -> Option<Vec<f64>> {
     let adjacency = Adjacency::new(&mesh);
     let tolerances = tolerances(&mesh, noise);
     let mut segmentation = Segmentation { labels, primitives: vec![Primitive::freeform(); 2] };
-    let interior = Interior::new(&mesh, &adjacency, &segmentation);
+    let interior = Interior::new(&mesh, &adjacency, &segmentation, &tolerances);
     let normals = mesh.vertex_normals();
     for (k, face) in [face, &beside].into_iter().enumerate() {
         let core = interior.core(k);

@@ -60,7 +60,7 @@ impl Part {
         let primitives = segmented.segmentation.primitives.clone();
         let segmentation = Segmentation { labels, primitives };
         let adjacency = Adjacency::new(&mesh);
-        let interior = Interior::new(&mesh, &adjacency, &segmentation);
+        let interior = Interior::new(&mesh, &adjacency, &segmentation, &segmented.tolerances);
         let tolerances = segmented.tolerances;
         Self {
             noise: uncertainty::measure(&mesh, &adjacency, &interior, &segmentation, &tolerances),

@@ -118,7 +118,7 @@ impl Context<'_> {
         let misfit = (sigma / self.part.noise.sigma()).max(1.0);
         let noise = self.part.noise.times(misfit);
         // A thinned fit knows no more than the points it was given.
-        let covariance = correlated_covariance(&surface, &inliers, inliers.points.len(), &noise, |_| 0.0);
+        let covariance = correlated_covariance(&surface, &inliers, inliers.points.len(), &[noise], |_| 0.0);
         let center = centroid(&inliers.points);
         let mut feature = Feature {
             face,

@@ -43,7 +43,7 @@ impl Noise {
 const N_PAIRED: usize = 600;
 
 /// Covariance of the parameters of `surface`, fitted by least squares to `samples` that stand for `n_vertices` of a scan
-/// with this noise; in the order of [`parameter_names`], motions about the centroid of the samples.
+/// with these noises together; in the order of [`parameter_names`], motions about the centroid of the samples.
 ///
 /// With J the derivatives of the distances and S their covariance it is `(J^T J)^-1 J^T S J (J^T J)^-1`: least squares does
 /// not know of the correlation, and the result says what that costs (A. Aitken, "On least squares and linear combination of
@@ -53,7 +53,7 @@ pub fn correlated_covariance(
     surface: &Surface,
     samples: &Samples,
     n_vertices: usize,
-    noise: &Noise,
+    noises: &[Noise],
     bias: impl Fn(&Point3) -> f64,
 ) -> Vec<Vec<f64>> {
     let few = samples.thinned(N_PAIRED);
@@ -68,9 +68,11 @@ pub fn correlated_covariance(
         return Vec::new();
     };
     // A sample stands for vertices beside it: their own noise is averaged, what they share is not.
-    let own = noise.white.powi(2) * n as f64 / n_vertices.max(n) as f64 + noise.correlated.powi(2);
+    let averaged = n as f64 / n_vertices.max(n) as f64;
+    let own: f64 = noises.iter().map(|of| of.white.powi(2) * averaged + of.correlated.powi(2)).sum();
     let shared = DMatrix::from_fn(n, n, |i, j| {
-        if i == j { own } else { noise.shared((few.points[i] - few.points[j]).norm_squared()) }
+        let distance_sq = (few.points[i] - few.points[j]).norm_squared();
+        if i == j { own } else { noises.iter().map(|of| of.shared(distance_sq)).sum() }
     });
     let shared_error = DVector::from_iterator(n, few.points.iter().map(bias));
     let gain = &inverse * jacobian.transpose();

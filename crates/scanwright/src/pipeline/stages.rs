@@ -91,7 +91,7 @@ pub(super) struct Stated {
 
 pub(super) fn stated(part: &Part, segmentation: &Segmentation, tolerances: &Tolerances) -> Stated {
     let Part { mesh, adjacency, .. } = part;
-    let interior = Interior::new(mesh, adjacency, segmentation);
+    let interior = Interior::new(mesh, adjacency, segmentation, tolerances);
     let noise = uncertainty::measure(mesh, adjacency, &interior, segmentation, tolerances);
     let segmentation = uncertainty::stated(mesh, &interior, segmentation, &noise, tolerances);
     Stated { segmentation, interior, noise }

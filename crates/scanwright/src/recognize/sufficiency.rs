@@ -101,7 +101,7 @@ fn wider(
         let times = arc / seen.arc;
         let samples = Samples { points: seen.stretched(points, times), normals: Vec::new() };
         let n_vertices = (times * n_vertices as f64) as usize;
-        of_lengths(surface, &correlated_covariance(surface, &samples, n_vertices, noise, |_| 0.0))
+        of_lengths(surface, &correlated_covariance(surface, &samples, n_vertices, &[*noise], |_| 0.0))
     };
     let Some(now) = foretold(seen.arc) else { return more_points(uncertainty) };
     let mut best = uncertainty;
@@ -212,7 +212,7 @@ mod tests {
         let samples = Samples { points: points.clone(), normals: Vec::new() };
         let fit = Fit { surface, outward: true };
         let mut primitive = Primitive::with_evidence(fit, &samples, points.len());
-        primitive.covariance = correlated_covariance(&surface, &samples, points.len(), &NOISE, |_| 0.0);
+        primitive.covariance = correlated_covariance(&surface, &samples, points.len(), &[NOISE], |_| 0.0);
         (primitive, points)
     }
 

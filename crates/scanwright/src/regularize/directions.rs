@@ -64,7 +64,7 @@ pub(super) struct Comparison {
 
 impl Comparison {
     /// `pencil`: a direction that both are known to be perpendicular to, if there is one.
-    fn new(one: &Direction, other: &Direction, pencil: Option<&UnitVec3>) -> Option<Self> {
+    pub fn new(one: &Direction, other: &Direction, pencil: Option<&UnitVec3>) -> Option<Self> {
         let tangents = one.tangents();
         let sign = if one.unit.dot(&other.unit) < 0.0 { -1.0 } else { 1.0 };
         let difference: Vec3 = other.unit.into_inner() * sign - one.unit.into_inner();
@@ -88,7 +88,9 @@ impl Comparison {
 }
 
 impl Agreement for Comparison {
-    const DIMENSIONS: usize = 2;
+    fn dimensions(&self) -> usize {
+        2
+    }
 
     fn z_sq(&self) -> f64 {
         self.z_sq

@@ -44,6 +44,7 @@ impl Evidence {
         primitive: &Primitive,
         vertices: &[u32],
         noise: &Noise,
+        rounding: Noise,
         tolerances: &Tolerances,
     ) -> Option<Self> {
         let surface = primitive.surface.as_ref()?;
@@ -58,7 +59,8 @@ impl Evidence {
         let n_effective = (vertices.len() as f64 / VERTICES_PER_SAMPLE).max(1.0);
         let variance = sigma * sigma * samples.points.len() as f64 / n_effective;
         let misfit = (sigma / noise.sigma()).max(1.0);
-        let rows = correlated_covariance(surface, &samples, vertices.len(), &noise.times(misfit), |_| 0.0);
+        let noises = [noise.times(misfit), rounding];
+        let rows = correlated_covariance(surface, &samples, vertices.len(), &noises, |_| 0.0);
         let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
         if covariance.is_empty() {
             return None;

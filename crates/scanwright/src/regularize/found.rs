@@ -88,8 +88,14 @@ impl Found {
     pub fn new(part: &Part, voices: &Voices, manufacture: &Manufacture, asked: Option<&Asked>) -> Self {
         let mut clusters = directions::parallel(&voices.directions, asked.map(|a| a.parallel.as_slice()));
         let on_lines = asked.map(|a| a.coaxial.as_slice());
-        let lines =
-            lines::coaxial(&mut clusters, &voices.positions, manufacture, &part.mesh.vertices, on_lines);
+        let lines = lines::coaxial(
+            &mut clusters,
+            &voices.directions,
+            &voices.positions,
+            manufacture,
+            &part.mesh.vertices,
+            on_lines,
+        );
         let pairs = asked.map(|a| a.perpendicular_clusters(&clusters));
         let perpendicular = relations::related(&clusters, pairs.as_deref());
         let mut targets = vec![Target::default(); part.primitives.len()];

@@ -29,10 +29,10 @@ pub(super) trait Group: Sized {
     fn with(&self, thing: &Self::Thing, agreement: &Self::Agreement) -> Option<Self>;
 }
 
-/// A deviation of one coordinate or two.
+/// A deviation of one coordinate, two or four.
 pub(super) trait Agreement {
     /// Number of coordinates.
-    const DIMENSIONS: usize;
+    fn dimensions(&self) -> usize;
     /// Its square in standard uncertainties.
     fn z_sq(&self) -> f64;
     /// Its density if both mean the same over its density if they have nothing in common.
@@ -78,8 +78,7 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
     let mut best: Option<(f64, usize, &G::Agreement)> = None;
     let mut sum = 1.0 - prior;
     for (g, agreement) in agreements.iter().enumerate() {
-        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_z_sq(G::Agreement::DIMENSIONS))
-        else {
+        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_z_sq(a.dimensions())) else {
             continue;
         };
         let weight = prior * groups[g].n_members() as f64 / n_before * agreement.odds();
@@ -95,12 +94,18 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
     (joint, probability)
 }
 
-/// Square of the deviation of one coordinate or two that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
+/// Square of the deviation of one coordinate, two or four that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
 fn max_z_sq(dimensions: usize) -> f64 {
-    // P(|z| > 2.5) = 0.0124; chi squared of two degrees of freedom exceeds -2 ln p with probability p.
+    // P(|z| > 2.5) = 0.0124 = p. Chi squared of two degrees of freedom exceeds x with probability exp(-x / 2), of four with
+    // exp(-x / 2) (1 + x / 2).
     const RARE: f64 = 0.0124;
-    const { assert!(MAX_SIGMAS == 2.5, "RARE belongs to 2.5 sigmas") };
-    if dimensions == 1 { MAX_SIGMAS * MAX_SIGMAS } else { -2.0 * RARE.ln() }
+    const OF_FOUR: f64 = 12.79;
+    const { assert!(MAX_SIGMAS == 2.5, "RARE and OF_FOUR belong to 2.5 sigmas") };
+    match dimensions {
+        1 => MAX_SIGMAS * MAX_SIGMAS,
+        2 => -2.0 * RARE.ln(),
+        _ => OF_FOUR,
+    }
 }
 
 /// The groups that a user asks for: one per set of `sets`, and one per thing in none of them. `name`: what sets call it.

@@ -7,12 +7,15 @@
 //!
 //! Gathered as directions are (`gather`); an axis that has nothing in common with another lies anywhere in the
 //! cross-section of the part. The centre of a sphere joins a line, but founds none: any two centres lie on one.
+//!
+//! A narrow band shows its direction so badly that this alone joins no cluster: many fit it. Where its axis lies it shows
+//! well. An axis that is alone in its cluster may therefore join a line of another by direction and position together.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 
-use super::directions::{Cluster, Direction};
+use super::directions::{self, Cluster, Direction};
 use super::evidence::Position;
 use super::gather::{Agreement, Group, forced, gathered};
 use super::relation::Manufacture;
@@ -73,19 +76,30 @@ struct Crossing {
 pub(super) struct Seen {
     primitive: usize,
     is_axis: bool,
-    /// One per section that it may belong to; an axis has one, and every thing has at least one.
-    crossings: Vec<Crossing>,
+    /// One per section that it may belong to, at least one; an axis that is not alone has only that of its own cluster.
+    /// That of its own cluster comes first.
+    places: Vec<Place>,
+}
+
+/// A section that something may belong to.
+struct Place {
+    crossing: Crossing,
+    /// How its own direction agrees with that of the section; `None` for a centre and in its own cluster.
+    turn: Option<directions::Comparison>,
 }
 
 /// A crossing compared with that of a line.
 pub(super) struct Comparison {
     crossing: Crossing,
+    dimensions: usize,
     z_sq: f64,
     odds: f64,
 }
 
 impl Agreement for Comparison {
-    const DIMENSIONS: usize = 2;
+    fn dimensions(&self) -> usize {
+        self.dimensions
+    }
 
     fn z_sq(&self) -> f64 {
         self.z_sq
@@ -119,14 +133,24 @@ impl Line {
         with_information(&self.at.section.direction, &self.information, &self.pull)
     }
 
-    fn compared(&self, crossing: &Crossing) -> Option<Comparison> {
+    fn compared(&self, place: &Place) -> Option<Comparison> {
+        let crossing = &place.crossing;
         let (moved, direction) = self.direction()?;
         let lever = crossing.by_direction - self.at.by_direction;
         let deviation = crossing.mean - self.at.mean + lever * moved;
         let covariance = self.at.covariance + crossing.covariance + lever * direction * lever.transpose();
         let z_sq = deviation.dot(&(covariance.try_inverse()? * deviation));
         let odds = crossing.section.area / (TAU * covariance.determinant().max(0.0).sqrt());
-        Some(Comparison { crossing: *crossing, z_sq, odds: odds * (-0.5 * z_sq).exp() })
+        let position = Comparison { crossing: *crossing, dimensions: 2, z_sq, odds: odds * (-0.5 * z_sq).exp() };
+        Some(match &place.turn {
+            None => position,
+            Some(turn) => Comparison {
+                dimensions: position.dimensions + turn.dimensions(),
+                z_sq: position.z_sq + turn.z_sq(),
+                odds: position.odds * turn.odds(),
+                ..position
+            },
+        })
     }
 }
 
@@ -137,7 +161,7 @@ impl Group for Line {
     fn founded_by(seen: &Seen) -> Self {
         Self {
             members: vec![seen.primitive],
-            at: seen.crossings[0],
+            at: seen.places[0].crossing,
             information: Matrix2::zeros(),
             pull: Vector2::zeros(),
             is_axis: seen.is_axis,
@@ -150,8 +174,8 @@ impl Group for Line {
 
     fn agreements(lines: &[Self], seen: &Seen) -> Vec<Option<Comparison>> {
         let compared = |line: &Self| {
-            let crossing = seen.crossings.iter().find(|c| c.section.cluster == line.cluster())?;
-            line.compared(crossing).filter(|_| line.is_axis)
+            let place = seen.places.iter().find(|p| p.crossing.section.cluster == line.cluster())?;
+            line.compared(place).filter(|_| line.is_axis)
         };
         lines.iter().map(compared).collect()
     }
@@ -187,12 +211,15 @@ fn with_information(
     Some((covariance * pull, covariance))
 }
 
-/// Lines with at least two members; the directions of `clusters` take what these say about them.
+/// Lines with at least two members; the directions of `clusters` take what these say about them, and these the axes that
+/// joined a line of theirs.
 ///
-/// `positions`: one per primitive, `None` for those that are on no line. `form`: what manufacture deviates by. `points`: the
-/// part. `asked`: the sets of primitives that are to be on one line; found by evidence when `None`.
+/// `directions` and `positions`: one per primitive, `None` for those without and those that are on no line. `form`: what
+/// manufacture deviates by. `points`: the part. `asked`: the sets of primitives that are to be on one line; found by
+/// evidence when `None`.
 pub(super) fn coaxial(
-    clusters: &mut [Cluster],
+    clusters: &mut Vec<Cluster>,
+    directions: &[Option<Direction>],
     positions: &[Option<Position>],
     form: &Manufacture,
     points: &[Point3],
@@ -202,7 +229,8 @@ pub(super) fn coaxial(
     let spread = spread_about(&middle, points);
     let sections: Vec<Section> =
         clusters.iter().enumerate().map(|(c, k)| section(c, &k.direction, middle, &spread)).collect();
-    let seen = seen(clusters, &sections, positions, form);
+    let alone = if asked.is_none() { directions } else { &[] };
+    let seen = seen(clusters, &sections, alone, positions, form);
     let mut lines: Vec<Line> =
         asked.map_or_else(|| gathered(&seen), |sets| forced(&seen, sets, |seen: &Seen| seen.primitive));
     lines.retain(|line| line.members.len() > 1);
@@ -219,7 +247,34 @@ pub(super) fn coaxial(
             cluster.direction = cluster.direction.moved(&section.tangents, &moved, &covariance);
         }
     }
+    join_clusters(clusters, &mut lines);
     lines
+}
+
+/// Moves what joined a line of another cluster into that; clusters that are left without members go.
+fn join_clusters(clusters: &mut Vec<Cluster>, lines: &mut [Line]) {
+    for line in lines.iter() {
+        for &k in &line.members {
+            let own = clusters.iter().position(|c| c.members.contains(&k));
+            if let Some(own) = own.filter(|&own| own != line.cluster()) {
+                clusters[own].members.retain(|&member| member != k);
+                clusters[line.cluster()].members.push(k);
+            }
+        }
+    }
+    let mut n_kept = 0;
+    let new_index: Vec<usize> = clusters
+        .iter()
+        .map(|cluster| {
+            let index = n_kept;
+            n_kept += usize::from(!cluster.members.is_empty());
+            index
+        })
+        .collect();
+    for line in lines {
+        line.at.section.cluster = new_index[line.cluster()];
+    }
+    clusters.retain(|cluster| !cluster.members.is_empty());
 }
 
 fn section(cluster: usize, direction: &Direction, origin: Point3, spread: &Mat3) -> Section {
@@ -242,10 +297,11 @@ fn spread_about(middle: &Point3, points: &[Point3]) -> Mat3 {
     sum / points.len().max(1) as f64
 }
 
-/// All axes, then all centres, best seen first.
+/// All axes, then all centres, best seen first. `alone`: directions of the axes that may join another cluster than theirs.
 fn seen(
     clusters: &[Cluster],
     sections: &[Section],
+    alone: &[Option<Direction>],
     positions: &[Option<Position>],
     form: &Manufacture,
 ) -> Vec<Seen> {
@@ -253,15 +309,24 @@ fn seen(
     for (primitive, position) in positions.iter().enumerate() {
         let Some(position) = position else { continue };
         let is_axis = position.is_axis();
-        let crossings: Vec<Crossing> = clusters
-            .iter()
-            .zip(sections)
-            .filter(|(cluster, _)| !is_axis || cluster.members.contains(&primitive))
-            .map(|(_, section)| crossing(section, position, form))
-            .collect();
-        let Some(first) = crossings.first() else { continue };
-        let spread = first.covariance.determinant();
-        all.push((!is_axis, spread, Seen { primitive, is_axis, crossings }));
+        let at = |section: &Section| crossing(section, position, form);
+        let own = clusters.iter().position(|c| c.members.contains(&primitive)).filter(|_| is_axis);
+        let mut places: Vec<Place> =
+            own.iter().map(|&c| Place { crossing: at(&sections[c]), turn: None }).collect();
+        let others = sections.iter().enumerate().filter(|&(c, _)| own != Some(c));
+        if !is_axis {
+            places.extend(others.map(|(_, section)| Place { crossing: at(section), turn: None }));
+        } else if own.is_some_and(|c| clusters[c].members.len() == 1)
+            && let Some(Some(direction)) = alone.get(primitive)
+        {
+            places.extend(others.filter_map(|(c, section)| {
+                let turn = directions::Comparison::new(&clusters[c].direction, direction, None)?;
+                Some(Place { crossing: at(section), turn: Some(turn) })
+            }));
+        }
+        let Some(first) = places.first() else { continue };
+        let spread = first.crossing.covariance.determinant();
+        all.push((!is_axis, spread, Seen { primitive, is_axis, places }));
     }
     all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.primitive.cmp(&b.2.primitive)));
     all.into_iter().map(|(_, _, seen)| seen).collect()

@@ -86,7 +86,9 @@ pub fn regularize(
         Relations::Listed(list) => Some(Asked::new(list, segmentation.primitives.len())),
     };
     let evidence = par::map_indices(segmentation.primitives.len(), |k| {
-        Evidence::new(mesh, &segmentation.primitives[k], &interior.vertices[k], noise, tolerances)
+        let (primitive, vertices) = (&segmentation.primitives[k], &interior.vertices[k]);
+        let rounding = interior.rounding(vertices, tolerances);
+        Evidence::new(mesh, primitive, vertices, noise, rounding, tolerances)
     });
     let part = Part { mesh, primitives: &segmentation.primitives, evidence, tolerances };
     let mut voices = Voices::new(&part, &options.manufacture, options.sizes);

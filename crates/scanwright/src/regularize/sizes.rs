@@ -88,7 +88,9 @@ pub(super) struct Compared {
 }
 
 impl Agreement for Compared {
-    const DIMENSIONS: usize = 1;
+    fn dimensions(&self) -> usize {
+        1
+    }
 
     fn z_sq(&self) -> f64 {
         self.z_sq

@@ -5,6 +5,7 @@
 //! under such noise ([`correlated_covariance`]); the correction for the scanner's spot adds its own uncertainty. Cost
 //! O(vertices) and a bounded number of pairs per primitive.
 
+mod rounding;
 mod variogram;
 
 pub use variogram::measure;
@@ -36,11 +37,18 @@ pub struct Interior {
     /// One per vertex of the mesh: edges to the nearest vertex outside the lists, at most `BORDER_RINGS`. The border of the
     /// scan is none: what lies there was seen beside nothing else.
     depth: Vec<u8>,
+    /// One per vertex of the mesh: how far rounded edges may have moved it off its surface, length.
+    rounding: Vec<f64>,
 }
 
 impl Interior {
     /// The vertices inside each region of `segmentation`.
-    pub fn new(mesh: &Mesh, adjacency: &Adjacency, segmentation: &Segmentation) -> Self {
+    pub fn new(
+        mesh: &Mesh,
+        adjacency: &Adjacency,
+        segmentation: &Segmentation,
+        tolerances: &Tolerances,
+    ) -> Self {
         let mut vertices = vec![Vec::new(); segmentation.primitives.len()];
         let mut depth = vec![0; mesh.vertices.len()];
         for (v, depth) in depth.iter_mut().enumerate() {
@@ -66,7 +74,13 @@ impl Interior {
             }
             front = next;
         }
-        Self { vertices, depth }
+        let rounding = rounding::of_vertices(mesh, adjacency, segmentation, tolerances);
+        Self { vertices, depth, rounding }
+    }
+
+    /// What rounded edges do to a fit to `vertices`, as a noise that these share.
+    pub fn rounding(&self, vertices: &[u32], tolerances: &Tolerances) -> Noise {
+        rounding::noise(self, vertices, tolerances)
     }
 
     /// The vertices of a region that its fit rests on: away from its border, or on a narrow one those farthest from it.
@@ -94,9 +108,10 @@ pub fn stated(
         let primitive = &segmentation.primitives[k];
         match &primitive.surface {
             Some(surface) => {
-                let points: Vec<Point3> =
-                    interior.core(k).iter().map(|&v| mesh.vertices[v as usize]).collect();
-                match of_fit(surface, points, noise, tolerances) {
+                let core = interior.core(k);
+                let points: Vec<Point3> = core.iter().map(|&v| mesh.vertices[v as usize]).collect();
+                let rounding = interior.rounding(&core, tolerances);
+                match of_fit(surface, points, noise, rounding, tolerances) {
                     Some(covariance) => Primitive { covariance, ..primitive.clone() },
                     // So few that they leave a parameter open: what the fit itself said stays.
                     None => primitive.clone(),
@@ -116,6 +131,7 @@ fn of_fit(
     surface: &Surface,
     points: Vec<Point3>,
     noise: &Noise,
+    rounding: Noise,
     tolerances: &Tolerances,
 ) -> Option<Vec<Vec<f64>>> {
     let n = points.len();
@@ -126,7 +142,7 @@ fn of_fit(
     let mean_square = points.iter().map(|p| surface.signed_distance(p).powi(2)).sum::<f64>() / n as f64;
     let misfit = (mean_square.sqrt() / noise.sigma()).max(1.0);
     let samples = Samples { points, normals: Vec::new() };
-    let covariance = correlated_covariance(surface, &samples, n, &noise.times(misfit), |p| {
+    let covariance = correlated_covariance(surface, &samples, n, &[noise.times(misfit), rounding], |p| {
         spot * surface.curvature_sum(p)
     });
     Some(covariance).filter(|c| !c.is_empty())
