@@ -31,12 +31,16 @@ fn relation_name(kind: RelationKind) -> &'static str {
     match kind {
         RelationKind::Parallel => "parallel",
         RelationKind::Perpendicular => "perpendicular",
+        RelationKind::CommonAngle => "at a common angle",
         RelationKind::Coaxial => "coaxial",
         RelationKind::Coplanar => "coplanar",
         RelationKind::EqualRadius => "of equal radius",
         RelationKind::EqualHalfAngle => "of equal half-angle",
         RelationKind::EqualMajorRadius => "of equal major radius",
         RelationKind::EqualMinorRadius => "of equal minor radius",
+        RelationKind::CircularPattern => "around a circle",
+        RelationKind::EqualSpacing => "equally spaced",
+        RelationKind::RectangularPattern => "in a rectangle",
     }
 }
 

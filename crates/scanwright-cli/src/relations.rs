@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use scanwright::regularize::{Listed, Manufacture, Relations};
+use scanwright::regularize::{Listed, Manufacture, RelationKind, Relations};
 
 use crate::exit::Failure;
 use crate::scan::Units;
@@ -28,6 +28,14 @@ pub fn read(value: &Path) -> Result<Relations, Failure> {
         toml::from_str(&text).map_err(|error| Failure::input(value, error.to_string().trim_end()))?;
     if let Some(short) = list.relation.iter().position(|relation| relation.of.len() < 2) {
         return Err(Failure::input(value, format!("relation {} names fewer than two primitives", short + 1)));
+    }
+    let has_angle = |relation: &Listed| match (relation.kind, relation.degrees) {
+        (RelationKind::CommonAngle, degrees) => degrees.is_some_and(|x| x.is_finite() && x % 180.0 != 0.0),
+        (_, degrees) => degrees.is_none(),
+    };
+    if let Some(wrong) = list.relation.iter().position(|relation| !has_angle(relation)) {
+        let what = "common_angle has degrees, not a multiple of 180, and no other kind has";
+        return Err(Failure::input(value, format!("relation {}: {what}", wrong + 1)));
     }
     Ok(Relations::Listed(list.relation))
 }

@@ -159,7 +159,7 @@ pub fn bare_part(mesh: &Mesh) -> Part {
     let adjacency = Adjacency::new(mesh);
     let tolerances = Tolerances::new(condition::measure(mesh, &adjacency), None);
     let segmentation = Segmentation { labels: vec![None; mesh.triangles.len()], primitives: Vec::new() };
-    let interior = Interior::new(mesh, &adjacency, &segmentation);
+    let interior = Interior::new(mesh, &adjacency, &segmentation, &tolerances);
     Part {
         noise: uncertainty::measure(mesh, &adjacency, &interior, &segmentation, &tolerances),
         normals: mesh.vertex_normals(),

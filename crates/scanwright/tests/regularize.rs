@@ -79,7 +79,6 @@ impl Scene {
     }
 
     fn regularized(&self) -> Segmentation {
-        let interior = Interior::new(&self.mesh, &Adjacency::new(&self.mesh), &self.segmentation);
         // White noise of which one in so many vertices counts.
         let noise = Noise { white: NOISE * VERTICES_PER_SAMPLE.sqrt(), correlated: 0.0, length: SPACING };
         let options = RegularizeOptions {
@@ -88,6 +87,7 @@ impl Scene {
             sizes: true,
         };
         let (segmentation, tolerances) = (&self.segmentation, &self.tolerances());
+        let interior = Interior::new(&self.mesh, &Adjacency::new(&self.mesh), segmentation, tolerances);
         regularize(&self.mesh, &interior, segmentation, &noise, tolerances, &options).segmentation
     }
 

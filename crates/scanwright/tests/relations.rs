@@ -56,7 +56,7 @@ impl Scan {
         let weights = Weights { distance_sigma: self.noise, normal_sigma: 1.0, normal_weight: 0.0 };
         let surface = refine(&Fit { surface: truth, outward: true }, &samples, &weights, 40).unwrap().surface;
         let distances: Vec<f64> = points.iter().map(|p| surface.signed_distance(p)).collect();
-        let covariance = correlated_covariance(&surface, &samples, points.len(), &self.measured(), |_| 0.0);
+        let covariance = correlated_covariance(&surface, &samples, points.len(), &[self.measured()], |_| 0.0);
         self.segmentation.primitives.push(Primitive {
             surface: Some(surface),
             residual: Residual::from_distances(&distances),
@@ -95,7 +95,6 @@ impl Scan {
     }
 
     fn regularized(&self, relations: Relations) -> Regularized {
-        let interior = Interior::new(&self.mesh, &Adjacency::new(&self.mesh), &self.segmentation);
         let tolerances = Tolerances::new(
             Measured {
                 largest_coordinate: self.mesh.largest_coordinate(),
@@ -107,6 +106,8 @@ impl Scan {
             },
             None,
         );
+        let interior =
+            Interior::new(&self.mesh, &Adjacency::new(&self.mesh), &self.segmentation, &tolerances);
         let manufacture = Manufacture { length: 0.0, angle: 0.0 };
         let options = RegularizeOptions { relations, manufacture, sizes: true };
         regularize(&self.mesh, &interior, &self.segmentation, &self.measured(), &tolerances, &options)
@@ -125,8 +126,14 @@ fn pairs(regularized: &Regularized) -> BTreeSet<(RelationKind, u32, u32)> {
             pairs.extend(relation.of[i + 1..].iter().map(|&b| (relation.kind, a.min(b), a.max(b))));
         }
     }
-    // The best seen of two directions stand for all of them.
-    pairs.retain(|pair| pair.0 != RelationKind::Perpendicular);
+    // The best seen of two directions stand for all of them; arrangements have tests of their own.
+    let arranged = [
+        RelationKind::CircularPattern,
+        RelationKind::EqualSpacing,
+        RelationKind::RectangularPattern,
+        RelationKind::Perpendicular,
+    ];
+    pairs.retain(|pair| !arranged.contains(&pair.0));
     pairs
 }
 
@@ -264,7 +271,7 @@ fn relations_can_be_left_out_or_asked_for() {
     assert!(auto.contains(&(RelationKind::Coplanar, a, b)), "{auto:?}");
     assert!(!auto.contains(&(RelationKind::Coplanar, a, c)), "{auto:?}");
 
-    let list = vec![Listed { kind: RelationKind::Coplanar, of: vec![a, c] }];
+    let list = vec![Listed { kind: RelationKind::Coplanar, of: vec![a, c], degrees: None }];
     let asked = scan.regularized(Relations::Listed(list));
     assert_eq!(
         pairs(&asked).into_iter().collect::<Vec<_>>(),
@@ -279,4 +286,139 @@ fn relations_can_be_left_out_or_asked_for() {
     let told = asked.relations.iter().find(|r| r.kind == RelationKind::Coplanar).unwrap();
     assert!(told.z > 2.5, "what the scan contradicts is said: {told:?}");
     assert_eq!(asked.segmentation.primitives[b as usize], scan.segmentation.primitives[b as usize]);
+}
+
+/// Where the axis of a cylinder crosses the plane z = 0.
+fn crossing(segmentation: &Segmentation, k: u32) -> Point3 {
+    let Some(Surface::Cylinder(Cylinder { axis, .. })) = segmentation.primitives[k as usize].surface else {
+        panic!("{k} is no cylinder")
+    };
+    axis.origin - axis.direction.into_inner() * (axis.origin.z / axis.direction.z)
+}
+
+/// Bores at `places` with a large face beside them; `off` moves the first.
+fn bores(seed: u64, places: &[(f64, f64)], off: f64) -> (Scan, Vec<u32>) {
+    let mut scan = Scan::new(0.1, seed);
+    scan.plane(Point3::new(0.0, 90.0, 20.0), Vec3::z_axis());
+    let bore = |(i, &(x, y)): (usize, &(f64, f64))| {
+        let x = if i == 0 { x + off } else { x };
+        scan.cylinder(Point3::new(x, y, 0.0), Vec3::z_axis(), 6.0)
+    };
+    let numbers = places.iter().enumerate().map(bore).collect();
+    (scan, numbers)
+}
+
+/// Places around a circle of radius 40.
+fn around(n: usize) -> Vec<(f64, f64)> {
+    let place = |i: usize| (std::f64::consts::TAU * i as f64 / n as f64 + 0.3).sin_cos();
+    (0..n).map(place).map(|(sin, cos)| (40.0 * cos, 40.0 * sin)).collect()
+}
+
+fn pattern(result: &Regularized, kind: RelationKind) -> Option<Vec<u32>> {
+    let found = result.relations.iter().find(|relation| relation.kind == kind && relation.accepted)?;
+    assert!(found.z < 4.5 && found.shift > 0.0, "{found:?}");
+    Some(found.of.clone())
+}
+
+#[test]
+fn bores_around_a_circle_are_exactly_so_and_nearer_to_the_truth() {
+    let (mut before, mut after, mut n_found) = (0.0, 0.0, 0);
+    for seed in 0..20 {
+        let mut places = around(6);
+        places.push((0.0, 0.0));
+        let (scan, numbers) = bores(700 + seed, &places, 0.0);
+        let result = scan.regularized(Relations::Auto);
+        let Some(of) = pattern(&result, RelationKind::CircularPattern) else { continue };
+        n_found += 1;
+        assert_eq!(of.last(), numbers.last(), "the middle comes last");
+        let at: Vec<Point3> = of.iter().map(|&k| crossing(&result.segmentation, k)).collect();
+        let arms: Vec<Vec3> = at[..6].iter().map(|p| p - at[6]).collect();
+        for (a, b) in arms.iter().zip(arms.iter().cycle().skip(1)) {
+            // Sides of a regular hexagon are as long as its arms.
+            assert!((a.norm() - arms[0].norm()).abs() < 1e-9 && ((b - a).norm() - a.norm()).abs() < 1e-9);
+        }
+        for (&k, &(x, y)) in numbers.iter().zip(&places) {
+            let truth = Point3::new(x, y, 0.0);
+            before += (crossing(&scan.segmentation, k) - truth).norm_squared();
+            after += (crossing(&result.segmentation, k) - truth).norm_squared();
+        }
+    }
+    assert!(n_found >= 18, "{n_found} of 20");
+    // Fourteen coordinates, four parameters; parallel axes gain too.
+    assert!(after < 0.45 * before, "{before} became {after}");
+}
+
+#[test]
+fn rows_and_rectangles_of_bores_are_found() {
+    let row: Vec<(f64, f64)> = (0..5).map(|i| (25.0 * f64::from(i), 10.0 * f64::from(i))).collect();
+    let rectangle = [(0.0, 0.0), (60.0, 0.0), (60.0, 35.0), (0.0, 35.0)];
+    let square = [(0.0, 0.0), (60.0, 0.0), (60.0, 60.0), (0.0, 60.0)];
+    let mut n_found = [0; 3];
+    for seed in 0..10 {
+        let cases: [(&[(f64, f64)], RelationKind); 3] = [
+            (&row, RelationKind::EqualSpacing),
+            (&rectangle, RelationKind::RectangularPattern),
+            (&square, RelationKind::CircularPattern),
+        ];
+        for ((places, kind), n_found) in cases.into_iter().zip(&mut n_found) {
+            let (scan, _) = bores(800 + seed, places, 0.0);
+            let result = scan.regularized(Relations::Auto);
+            let Some(of) = pattern(&result, kind) else { continue };
+            *n_found += 1;
+            let at: Vec<Point3> = of.iter().map(|&k| crossing(&result.segmentation, k)).collect();
+            if kind == RelationKind::EqualSpacing {
+                assert!(at.windows(3).all(|w| ((w[1] - w[0]) - (w[2] - w[1])).norm() < 1e-9));
+            } else {
+                assert!(((at[1] - at[0]) - (at[2] - at[3])).norm() < 1e-9);
+                assert!((at[1] - at[0]).dot(&(at[3] - at[0])).abs() < 1e-7);
+            }
+        }
+    }
+    assert!(n_found.iter().all(|&n| n >= 9), "{n_found:?} of 10");
+}
+
+#[test]
+fn a_bore_that_is_out_of_place_by_six_uncertainties_is_in_no_pattern() {
+    let mut n_wrong = 0;
+    for seed in 0..40 {
+        let (scan, numbers) = bores(900 + seed, &around(5), 0.0);
+        let u = scan.standard_uncertainty(numbers[0], 0);
+        let (scan, _) = bores(900 + seed, &around(5), 6.0 * std::f64::consts::SQRT_2 * u);
+        n_wrong +=
+            usize::from(pattern(&scan.regularized(Relations::Auto), RelationKind::CircularPattern).is_some());
+    }
+    assert_eq!(n_wrong, 0, "of 40");
+}
+
+#[test]
+fn faces_at_a_common_angle_are_exactly_so_and_others_are_left() {
+    let slope = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        UnitVec3::new_normalize(Vec3::new(sin, 0.0, cos))
+    };
+    let made = |degrees: f64, seed: u64| {
+        let mut scan = Scan::new(0.05, seed);
+        scan.plane(Point3::origin(), Vec3::z_axis());
+        scan.plane(Point3::new(60.0, 0.0, 0.0), slope(degrees));
+        let result = scan.regularized(Relations::Auto);
+        let angle =
+            result.relations.iter().find(|r| r.kind == RelationKind::CommonAngle && r.accepted)?.angle;
+        let normal = |k: usize| match result.segmentation.primitives[k].surface {
+            Some(Surface::Plane(plane)) => plane.normal,
+            ref other => panic!("{other:?} is no plane"),
+        };
+        let exact = normal(0).dot(&normal(1)).abs().acos();
+        assert!((exact - angle.unwrap()).abs() < 1e-9);
+        Some(exact.to_degrees())
+    };
+    let common: Vec<f64> = (0..20).filter_map(|seed| made(150.0, 1000 + seed)).collect();
+    assert!(common.len() >= 18 && common.iter().all(|a| (a - 30.0).abs() < 1e-6), "{common:?}");
+    assert_eq!((0..20).filter_map(|seed| made(31.0, 1100 + seed)).count(), 0);
+
+    let mut scan = Scan::new(0.05, 7);
+    scan.plane(Point3::origin(), Vec3::z_axis());
+    scan.plane(Point3::new(60.0, 0.0, 0.0), slope(20.1));
+    let list = vec![Listed { kind: RelationKind::CommonAngle, of: vec![0, 1], degrees: Some(20.0) }];
+    let asked = scan.regularized(Relations::Listed(list));
+    assert_eq!(asked.relations[0].angle, Some(20.0_f64.to_radians()), "{:?}", asked.relations);
 }

@@ -66,16 +66,6 @@ impl Scan {
         let adjacency = Adjacency::new(&mesh);
         let mut segmentation =
             Segmentation { labels, primitives: vec![Primitive::freeform(); surfaces.len()] };
-        let interior = Interior::new(&mesh, &adjacency, &segmentation);
-        for (k, truth) in surfaces.into_iter().enumerate() {
-            let points: Vec<Point3> = interior.core(k).iter().map(|&v| mesh.vertices[v as usize]).collect();
-            let normals = points.iter().map(|p| truth.normal(p).into_inner()).collect();
-            let weights = Weights { distance_sigma: noise.sigma(), normal_sigma: 1.0, normal_weight: 0.0 };
-            let start = Fit { surface: truth, outward: true };
-            let fit = refine(&start, &Samples { points, normals }, &weights, 20).unwrap();
-            segmentation.primitives[k] =
-                Primitive { surface: Some(fit.surface), outward: k < 2, ..Primitive::freeform() };
-        }
         let measured = Measured {
             largest_coordinate: mesh.largest_coordinate(),
             diagonal: mesh.diagonal(),
@@ -85,6 +75,16 @@ impl Scan {
             edge_rounding: 0.01,
         };
         let tolerances = Tolerances::new(measured, None);
+        let interior = Interior::new(&mesh, &adjacency, &segmentation, &tolerances);
+        for (k, truth) in surfaces.into_iter().enumerate() {
+            let points: Vec<Point3> = interior.core(k).iter().map(|&v| mesh.vertices[v as usize]).collect();
+            let normals = points.iter().map(|p| truth.normal(p).into_inner()).collect();
+            let weights = Weights { distance_sigma: noise.sigma(), normal_sigma: 1.0, normal_weight: 0.0 };
+            let start = Fit { surface: truth, outward: true };
+            let fit = refine(&start, &Samples { points, normals }, &weights, 20).unwrap();
+            segmentation.primitives[k] =
+                Primitive { surface: Some(fit.surface), outward: k < 2, ..Primitive::freeform() };
+        }
         Self { mesh, adjacency, segmentation, interior, tolerances }
     }
 

@@ -208,6 +208,7 @@ pub(super) struct Relation {
     pub kind: String,
     #[serde(default, deserialize_with = "or_default")]
     pub of: Vec<u32>,
+    pub angle: Option<f64>,
     pub z: Option<f64>,
     pub z_statistical: Option<f64>,
     pub shift: Option<f64>,

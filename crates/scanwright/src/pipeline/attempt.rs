@@ -113,7 +113,8 @@ fn told(found: Vec<Relation>, taken: Vec<Relation>, extent: Extent) -> Vec<Relat
 }
 
 fn is_size(kind: RelationKind) -> bool {
-    !matches!(kind, RelationKind::Parallel | RelationKind::Perpendicular | RelationKind::Coaxial)
+    use RelationKind::{Coaxial, CommonAngle, Parallel, Perpendicular};
+    !matches!(kind, Parallel | Perpendicular | CommonAngle | Coaxial)
 }
 
 /// What is wrong with the solids of an attempt.

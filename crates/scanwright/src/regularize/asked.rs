@@ -1,5 +1,8 @@
 //! The relations that a user asks for, as sets of primitives.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::angles::Pair;
 use super::directions::Cluster;
 use super::relation::{Listed, RelationKind};
 use super::sizes::SizeKind;
@@ -10,12 +13,15 @@ pub(super) struct Asked {
     pub parallel: Vec<Vec<usize>>,
     /// On one line.
     pub coaxial: Vec<Vec<usize>>,
-    perpendicular: Vec<Vec<usize>>,
+    /// Two primitives, and the angle between them, radians.
+    angles: Vec<([usize; 2], f64)>,
     coplanar: Vec<Vec<usize>>,
     radii: Vec<Vec<usize>>,
     half_angles: Vec<Vec<usize>>,
     major_radii: Vec<Vec<usize>>,
     minor_radii: Vec<Vec<usize>>,
+    /// Axes that are to be arranged, and how.
+    pub patterns: Vec<(RelationKind, Vec<usize>)>,
 }
 
 impl Asked {
@@ -28,25 +34,37 @@ impl Asked {
         };
         use RelationKind as Kind;
         Self {
-            parallel: of(&[Kind::Parallel, Kind::Coaxial, Kind::Coplanar]),
+            parallel: of(&[
+                Kind::Parallel,
+                Kind::Coaxial,
+                Kind::Coplanar,
+                Kind::CircularPattern,
+                Kind::EqualSpacing,
+                Kind::RectangularPattern,
+            ]),
             coaxial: of(&[Kind::Coaxial]),
-            perpendicular: pairs(list, n),
+            angles: angles(list, n),
             coplanar: of(&[Kind::Coplanar]),
             radii: of(&[Kind::EqualRadius]),
             half_angles: of(&[Kind::EqualHalfAngle]),
             major_radii: of(&[Kind::EqualMajorRadius]),
             minor_radii: of(&[Kind::EqualMinorRadius]),
+            patterns: patterns(list, n),
         }
     }
 
-    /// Pairs of clusters that hold primitives which are to be perpendicular.
-    pub fn perpendicular_clusters(&self, clusters: &[Cluster]) -> Vec<(usize, usize)> {
+    /// Pairs of clusters that hold primitives which are to have an angle.
+    pub fn angles_of_clusters(&self, clusters: &[Cluster]) -> Vec<Pair> {
         let home = |k: usize| clusters.iter().position(|cluster| cluster.members.contains(&k));
-        let pair = |set: &Vec<usize>| Some((home(*set.first()?)?, home(*set.get(1)?)?));
-        let mut pairs: Vec<(usize, usize)> =
-            self.perpendicular.iter().filter_map(pair).map(|(a, b)| (a.min(b), a.max(b))).collect();
-        pairs.sort_unstable();
-        pairs.dedup();
+        let mut pairs: Vec<Pair> = Vec::new();
+        for &([a, b], angle) in &self.angles {
+            let Some((a, b)) = home(a).zip(home(b)) else { continue };
+            let clusters = (a.min(b), a.max(b));
+            if pairs.iter().all(|pair| pair.clusters != clusters) {
+                pairs.push(Pair { clusters, angle });
+            }
+        }
+        pairs.sort_by_key(|pair| pair.clusters);
         pairs
     }
 
@@ -62,17 +80,33 @@ impl Asked {
     }
 }
 
-/// Every two of each perpendicular relation.
-fn pairs(list: &[Listed], n: usize) -> Vec<Vec<usize>> {
-    let sets = list.iter().filter(|listed| listed.kind == RelationKind::Perpendicular);
-    let pairs_of = |of: &[u32]| -> Vec<Vec<usize>> {
-        let of: Vec<usize> = of.iter().map(|&k| k as usize).filter(|&k| k < n).collect();
-        (0..of.len())
-            .flat_map(|i| (i + 1..of.len()).map(move |j| (i, j)))
-            .map(|(i, j)| vec![of[i], of[j]])
-            .collect()
-    };
-    sets.flat_map(|listed| pairs_of(&listed.of)).collect()
+/// Every two of each relation between directions that are not parallel, with their angle: at most a right one.
+fn angles(list: &[Listed], n: usize) -> Vec<([usize; 2], f64)> {
+    let mut angles = Vec::new();
+    for listed in list {
+        let angle = match (listed.kind, listed.degrees) {
+            (RelationKind::Perpendicular, _) => FRAC_PI_2,
+            (RelationKind::CommonAngle, Some(degrees)) => {
+                let angle = degrees.to_radians().rem_euclid(PI);
+                angle.min(PI - angle)
+            }
+            _ => continue,
+        };
+        let of: Vec<usize> = listed.of.iter().map(|&k| k as usize).filter(|&k| k < n).collect();
+        for (i, &a) in of.iter().enumerate() {
+            angles.extend(of[i + 1..].iter().map(|&b| ([a, b], angle)));
+        }
+    }
+    angles
+}
+
+/// Axes that are to be arranged, and how.
+fn patterns(list: &[Listed], n: usize) -> Vec<(RelationKind, Vec<usize>)> {
+    use RelationKind::{CircularPattern, EqualSpacing, RectangularPattern};
+    list.iter()
+        .filter(|listed| matches!(listed.kind, CircularPattern | EqualSpacing | RectangularPattern))
+        .map(|listed| (listed.kind, listed.of.iter().map(|&k| k as usize).filter(|&k| k < n).collect()))
+        .collect()
 }
 
 /// Sets that share a member made one.
@@ -104,12 +138,13 @@ mod tests {
 
     #[test]
     fn what_is_coaxial_is_parallel_and_every_two_of_three_are_perpendicular() {
-        let listed = |kind, of: &[u32]| Listed { kind, of: of.to_vec() };
+        let listed = |kind, of: &[u32]| Listed { kind, of: of.to_vec(), degrees: None };
         let list =
             [listed(RelationKind::Coaxial, &[0, 1]), listed(RelationKind::Perpendicular, &[2, 3, 4, 99])];
         let asked = Asked::new(&list, 5);
         assert_eq!(asked.parallel, [vec![0, 1]]);
         assert_eq!(asked.coaxial, [vec![0, 1]]);
-        assert_eq!(asked.perpendicular, [vec![2, 3], vec![2, 4], vec![3, 4]]);
+        let pairs: Vec<[usize; 2]> = asked.angles.iter().map(|(pair, _)| *pair).collect();
+        assert_eq!(pairs, [[2, 3], [2, 4], [3, 4]]);
     }
 }

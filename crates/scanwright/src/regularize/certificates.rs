@@ -1,9 +1,10 @@
 //! What each relation rests on: how far its members were from it, and what making it exact cost their points.
 
+use super::angles::Deviation;
 use super::evidence::{Evidence, turn_to};
 use super::found::{Found, Part, Refusal, Voices};
+use super::patterns::Pattern;
 use super::relation::{Manufacture, Relation, RelationKind};
-use super::relations::Pair;
 use super::sizes::{SizeKind, Sizes};
 use crate::math::{Mat3, UnitVec3, angle_between};
 use crate::recognize::Primitive;
@@ -18,24 +19,30 @@ pub(super) fn of(
     manufacture: &Manufacture,
 ) -> Vec<Relation> {
     let certify = Certify { part, primitives, manufacture };
-    let clusters = &found.perpendicular.clusters;
+    let clusters = &found.angles.clusters;
     let parallel = clusters.iter().filter(|c| c.members.len() > 1);
     let mut relations: Vec<Relation> =
         parallel.map(|c| certify.parallel(&c.members, &c.direction.unit)).collect();
-    let best = |pair: &Pair| {
-        let (a, b) = pair.clusters;
+    let best = |deviation: &Deviation| {
+        let (a, b) = deviation.pair.clusters;
         (clusters[a].members[0], clusters[b].members[0])
     };
-    relations.extend(found.perpendicular.pairs.iter().map(|pair| certify.perpendicular(pair, best(pair))));
-    for line in &found.lines {
+    relations.extend(found.angles.made.iter().map(|made| certify.angle(made, best(made))));
+    for line in found.lines.iter().filter(|line| line.is_shared()) {
         let direction = &clusters[line.cluster()].direction;
         relations.push(certify.coaxial(&line.members, &direction.unit));
     }
+    relations.extend(found.patterns.iter().map(|pattern| {
+        // Each line by the best seen of its members.
+        let members: Vec<usize> = pattern.lines.iter().map(|&l| found.lines[l].members[0]).collect();
+        let Pattern { kind, z, z_statistical, shift, .. } = *pattern;
+        Relation { z, z_statistical, shift, ..certify.cost(kind, &members) }
+    }));
     relations.extend(found.sizes.iter().map(|group| certify.sizes(group)));
-    relations.extend(found.perpendicular.left.iter().map(|(pair, why)| Relation {
+    relations.extend(found.angles.left.iter().map(|(left, why)| Relation {
         accepted: false,
         reason: Some(why.clone()),
-        ..certify.perpendicular(pair, best(pair))
+        ..certify.angle(left, best(left))
     }));
     relations.extend(voices.refused.iter().map(|&(k, refusal)| certify.refused(k, refusal)));
     relations
@@ -74,6 +81,7 @@ impl Certify<'_> {
             z_statistical: 0.0,
             turn,
             shift: 0.0,
+            angle: None,
             before: rms(self.part.primitives),
             after: rms(self.primitives),
             accepted: true,
@@ -107,21 +115,20 @@ impl Certify<'_> {
         relation
     }
 
-    fn perpendicular(&self, pair: &Pair, (a, b): (usize, usize)) -> Relation {
-        let relation = self.cost(RelationKind::Perpendicular, &[a, b]);
+    fn angle(&self, deviation: &Deviation, (a, b): (usize, usize)) -> Relation {
+        let Deviation { pair, size, variance } = deviation;
+        let kind = if pair.is_right() { RelationKind::Perpendicular } else { RelationKind::CommonAngle };
+        let relation = self.cost(kind, &[a, b]);
+        let angle = (!pair.is_right()).then_some(pair.angle);
         let own = [a, b].map(|k| self.evidence(k).direction(0.0));
         let statistical = match own {
             [Some(a), Some(b)] => {
                 let (u, v) = (a.unit.into_inner(), b.unit.into_inner());
-                v.dot(&(a.covariance * v)) + u.dot(&(b.covariance * u))
+                (v.dot(&(a.covariance * v)) + u.dot(&(b.covariance * u))) / pair.angle.sin().powi(2)
             }
-            _ => pair.variance,
+            _ => *variance,
         };
-        Relation {
-            z: pair.deviation / pair.variance.sqrt(),
-            z_statistical: pair.deviation / statistical.sqrt(),
-            ..relation
-        }
+        Relation { z: size / variance.sqrt(), z_statistical: size / statistical.sqrt(), angle, ..relation }
     }
 
     /// Where axes and centres are from where they became, at the middle of their points.

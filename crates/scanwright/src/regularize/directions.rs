@@ -115,14 +115,14 @@ pub(super) struct Cluster {
     pub direction: Direction,
     /// Indices of primitives, best seen first.
     pub members: Vec<usize>,
-    /// Whether it takes part in a relation with other clusters.
-    pub perpendicular: bool,
+    /// Whether its angle with another cluster was made exact.
+    pub angled: bool,
 }
 
 impl Cluster {
     /// Whether a relation holds for its members.
     pub fn is_related(&self) -> bool {
-        self.perpendicular || self.members.len() > 1
+        self.angled || self.members.len() > 1
     }
 }
 
@@ -137,7 +137,7 @@ impl Group for Cluster {
     type Agreement = Comparison;
 
     fn founded_by(seen: &Seen) -> Self {
-        Self { direction: seen.direction, members: vec![seen.primitive], perpendicular: false }
+        Self { direction: seen.direction, members: vec![seen.primitive], angled: false }
     }
 
     fn n_members(&self) -> usize {

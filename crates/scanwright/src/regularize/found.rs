@@ -2,14 +2,16 @@
 
 use std::f64::consts::PI;
 
+use super::angles::{self, Angles};
 use super::asked::Asked;
 use super::directions::{self, Cluster, Direction};
 use super::enforce::{self, AskedSize, Target, size_of};
 use super::evidence::{Evidence, Position};
 use super::gather::{forced, gathered};
-use super::lines::{self, Line};
+use super::lines::{self, Line, PlacedLine};
+use super::patterns::{self, Pattern};
 use super::relation::Manufacture;
-use super::relations::{self, Perpendicular};
+
 use super::sizes::{PlacedPlane, Size, SizeKind, Sizes};
 use crate::fit::parameter_names;
 use crate::math::Mat3;
@@ -33,6 +35,8 @@ pub(super) struct Voices {
     positions: Vec<Option<Position>>,
     /// Whether its sizes may be those of others.
     sizes: Vec<bool>,
+    /// Whether axes may be arranged.
+    arranges: bool,
     /// Who refused what, in order.
     pub refused: Vec<(usize, Refusal)>,
 }
@@ -54,8 +58,8 @@ impl Voices {
             .zip(part.primitives)
             .map(|(e, primitive)| e.as_ref()?.position(primitive.surface.as_ref()?))
             .collect();
-        let sizes = part.evidence.iter().map(|evidence| sizes && evidence.is_some()).collect();
-        Self { directions, positions, sizes, refused: Vec::new() }
+        let own = part.evidence.iter().map(|evidence| sizes && evidence.is_some()).collect();
+        Self { directions, positions, sizes: own, arranges: sizes, refused: Vec::new() }
     }
 
     /// A primitive first leaves its sizes, then its line, and only then its direction.
@@ -77,8 +81,9 @@ impl Voices {
 /// The relations that hold.
 pub(super) struct Found {
     clusters: Vec<Cluster>,
-    pub perpendicular: Perpendicular,
+    pub angles: Angles,
     pub lines: Vec<Line>,
+    pub patterns: Vec<Pattern>,
     pub sizes: Vec<Sizes>,
     /// One per primitive.
     targets: Vec<Target>,
@@ -96,24 +101,33 @@ impl Found {
             &part.mesh.vertices,
             on_lines,
         );
-        let pairs = asked.map(|a| a.perpendicular_clusters(&clusters));
-        let perpendicular = relations::related(&clusters, pairs.as_deref());
+        let pairs = asked.map(|a| a.angles_of_clusters(&clusters));
+        let angles = angles::related(&clusters, pairs.as_deref());
         let mut targets = vec![Target::default(); part.primitives.len()];
-        let related = &perpendicular.clusters;
+        let related = &angles.clusters;
         for cluster in related.iter().filter(|c| c.is_related()) {
             for &k in &cluster.members {
                 targets[k].direction = Some(cluster.direction);
             }
         }
-        for line in &lines {
-            let direction = related[line.cluster()].direction;
-            let placed = line.placed(&direction.unit);
-            for &k in &line.members {
-                targets[k].direction = Some(direction);
-                targets[k].line = Some(placed);
+        let directions: Vec<Direction> = related.iter().map(|cluster| cluster.direction).collect();
+        let mut placed: Vec<PlacedLine> =
+            lines.iter().map(|line| line.placed(&directions[line.cluster()].unit)).collect();
+        let arrangements = asked.map(|a| a.patterns.as_slice());
+        let patterns = if voices.arranges {
+            patterns::arranged(&lines, &directions, &mut placed, part.primitives, manufacture, arrangements)
+        } else {
+            Vec::new()
+        };
+        for (l, line) in lines.iter().enumerate() {
+            if line.is_shared() || patterns.iter().any(|pattern| pattern.lines.contains(&l)) {
+                for &k in &line.members {
+                    targets[k].direction = Some(directions[line.cluster()]);
+                    targets[k].line = Some(placed[l]);
+                }
             }
         }
-        let mut found = Self { clusters, perpendicular, lines, sizes: Vec::new(), targets };
+        let mut found = Self { clusters, angles, lines, patterns, sizes: Vec::new(), targets };
         found.sizes = found.equal_sizes(part, voices, manufacture, asked);
         found.ask_for_sizes();
         found

@@ -111,6 +111,11 @@ impl Agreement for Comparison {
 }
 
 impl Line {
+    /// Whether things share it.
+    pub fn is_shared(&self) -> bool {
+        self.members.len() > 1
+    }
+
     /// Index of its cluster of directions.
     pub fn cluster(&self) -> usize {
         self.at.section.cluster
@@ -141,7 +146,8 @@ impl Line {
         let covariance = self.at.covariance + crossing.covariance + lever * direction * lever.transpose();
         let z_sq = deviation.dot(&(covariance.try_inverse()? * deviation));
         let odds = crossing.section.area / (TAU * covariance.determinant().max(0.0).sqrt());
-        let position = Comparison { crossing: *crossing, dimensions: 2, z_sq, odds: odds * (-0.5 * z_sq).exp() };
+        let position =
+            Comparison { crossing: *crossing, dimensions: 2, z_sq, odds: odds * (-0.5 * z_sq).exp() };
         Some(match &place.turn {
             None => position,
             Some(turn) => Comparison {
@@ -211,7 +217,7 @@ fn with_information(
     Some((covariance * pull, covariance))
 }
 
-/// Lines with at least two members; the directions of `clusters` take what these say about them, and these the axes that
+/// All lines, also of one member; the directions of `clusters` take what these say about them, and these the axes that
 /// joined a line of theirs.
 ///
 /// `directions` and `positions`: one per primitive, `None` for those without and those that are on no line. `form`: what
@@ -233,7 +239,7 @@ pub(super) fn coaxial(
     let seen = seen(clusters, &sections, alone, positions, form);
     let mut lines: Vec<Line> =
         asked.map_or_else(|| gathered(&seen), |sets| forced(&seen, sets, |seen: &Seen| seen.primitive));
-    lines.retain(|line| line.members.len() > 1);
+    lines.retain(|line| line.is_axis);
     for (c, cluster) in clusters.iter_mut().enumerate() {
         let (mut information, mut pull) = (Matrix2::zeros(), Vector2::zeros());
         for line in lines.iter().filter(|line| line.cluster() == c) {

@@ -4,7 +4,7 @@
 //! A narrow face shows its direction badly and a large one well; where both mean the same direction, the narrow one
 //! takes it from the large. `evidence` says how well each primitive's own points show its direction and position,
 //! `directions` gathers parallel ones, `lines` those of their axes and of centres that lie on one line, `sizes` planes and
-//! sizes, all by `gather`; `relations` finds perpendicular gatherings and adjusts all of them together, `enforce` turns and
+//! sizes, all by `gather`; `angles` finds gatherings at right and other common angles and adjusts all of them together, `enforce` turns and
 //! moves each primitive and lets its other parameters follow. `certificates` says of each relation how well it held.
 //!
 //! A relation is accepted when the scan does not contradict it and when it would rarely be met by accident. The steps
@@ -13,6 +13,7 @@
 //! measured in its own standard uncertainty. No points are fitted again: a primitive is represented by its estimate
 //! and its covariance. Cost O(vertices) for the evidence and O(directions^2) for the relations.
 
+mod angles;
 mod asked;
 mod certificates;
 mod custom;
@@ -22,8 +23,8 @@ mod evidence;
 mod found;
 mod gather;
 mod lines;
+mod patterns;
 mod relation;
-mod relations;
 mod sizes;
 
 pub use relation::{Listed, Manufacture, Relation, RelationKind, Relations};

@@ -12,6 +12,8 @@ pub enum RelationKind {
     Parallel,
     /// Two directions at a right angle.
     Perpendicular,
+    /// Two directions at a multiple of 15 degrees that is no right angle.
+    CommonAngle,
     /// Axes, and centres of spheres, on one line.
     Coaxial,
     /// Planes that are one.
@@ -24,6 +26,12 @@ pub enum RelationKind {
     EqualMajorRadius,
     /// Radii of the tubes of tori.
     EqualMinorRadius,
+    /// Axes evenly around a circle; the last may be the axis in its middle.
+    CircularPattern,
+    /// Axes evenly along a row.
+    EqualSpacing,
+    /// Four axes at the corners of a rectangle.
+    RectangularPattern,
 }
 
 /// A relation that was found, or asked for, with its certificate.
@@ -31,8 +39,10 @@ pub enum RelationKind {
 pub struct Relation {
     /// What is equal.
     pub kind: RelationKind,
-    /// The primitives, by number; of perpendicular ones the best seen of each of the two directions.
+    /// The primitives, by number; of an angle the best seen of each of the two directions.
     pub of: Vec<u32>,
+    /// The common angle between the lines of two directions, radians; `None` for what has none.
+    pub angle: Option<f64>,
     /// Largest deviation of a member from what became common, in standard uncertainties of both, what manufacture may
     /// deviate by among them.
     pub z: f64,
@@ -53,13 +63,16 @@ pub struct Relation {
 }
 
 /// A relation that a user asks for.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Listed {
     /// What shall be equal.
     pub kind: RelationKind,
     /// The primitives, by number.
     pub of: Vec<u32>,
+    /// Of a common angle: how large it shall be, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degrees: Option<f64>,
 }
 
 /// Which relations are made exact.

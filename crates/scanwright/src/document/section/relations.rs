@@ -27,6 +27,14 @@ fn listed(part: &Part, relations: &[Relation]) -> Vec<Block> {
     blocks
 }
 
+/// The kind of a relation, with its angle if it has one.
+fn what(relation: &Relation) -> String {
+    match relation.angle {
+        Some(angle) => format!("{} {:.0}°", spoken(&relation.kind), angle.to_degrees()),
+        None => spoken(&relation.kind),
+    }
+}
+
 fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool) -> Table {
     let unit = part.unit();
     let mut columns = vec![
@@ -51,7 +59,7 @@ fn table(part: &Part, name: &'static str, relations: &[&Relation], refused: bool
             (relation.shift, relation.turn)
         };
         let mut cells: Vec<Cell> = vec![
-            spoken(&relation.kind).into(),
+            what(relation).into(),
             Cell::Regions(references(part, &relation.of)),
             deviations(relation.z).into(),
             deviations(relation.z_statistical).into(),
