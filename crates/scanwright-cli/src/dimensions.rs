@@ -38,6 +38,7 @@ fn relation_name(kind: RelationKind) -> &'static str {
         RelationKind::EqualHalfAngle => "of equal half-angle",
         RelationKind::EqualMajorRadius => "of equal major radius",
         RelationKind::EqualMinorRadius => "of equal minor radius",
+        RelationKind::Intersecting => "meeting in a point",
         RelationKind::CircularPattern => "around a circle",
         RelationKind::EqualSpacing => "equally spaced",
         RelationKind::RectangularPattern => "in a rectangle",

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::angles::Pair;
 use super::directions::Cluster;
+use super::lines::Line;
 use super::relation::{Listed, RelationKind};
 use super::sizes::SizeKind;
 
@@ -20,6 +21,7 @@ pub(super) struct Asked {
     half_angles: Vec<Vec<usize>>,
     major_radii: Vec<Vec<usize>>,
     minor_radii: Vec<Vec<usize>>,
+    meetings: Vec<[usize; 2]>,
     /// Axes that are to be arranged, and how.
     pub patterns: Vec<(RelationKind, Vec<usize>)>,
 }
@@ -49,6 +51,7 @@ impl Asked {
             half_angles: of(&[Kind::EqualHalfAngle]),
             major_radii: of(&[Kind::EqualMajorRadius]),
             minor_radii: of(&[Kind::EqualMinorRadius]),
+            meetings: meetings(list, n),
             patterns: patterns(list, n),
         }
     }
@@ -66,6 +69,13 @@ impl Asked {
         }
         pairs.sort_by_key(|pair| pair.clusters);
         pairs
+    }
+
+    /// Pairs of lines that hold primitives which are to meet.
+    pub fn meetings_of_lines(&self, lines: &[Line]) -> Vec<[usize; 2]> {
+        let home = |k: usize| lines.iter().position(|line| line.members.contains(&k));
+        let pair = |&[a, b]: &[usize; 2]| Some([home(a)?, home(b)?]);
+        self.meetings.iter().filter_map(pair).filter(|[a, b]| a != b).collect()
     }
 
     /// The sets of primitives that are to share a size.
@@ -92,12 +102,20 @@ fn angles(list: &[Listed], n: usize) -> Vec<([usize; 2], f64)> {
             }
             _ => continue,
         };
-        let of: Vec<usize> = listed.of.iter().map(|&k| k as usize).filter(|&k| k < n).collect();
-        for (i, &a) in of.iter().enumerate() {
-            angles.extend(of[i + 1..].iter().map(|&b| ([a, b], angle)));
-        }
+        angles.extend(every_two(listed, n).into_iter().map(|pair| (pair, angle)));
     }
     angles
+}
+
+/// Every two axes that are to meet.
+fn meetings(list: &[Listed], n: usize) -> Vec<[usize; 2]> {
+    let sets = list.iter().filter(|listed| listed.kind == RelationKind::Intersecting);
+    sets.flat_map(|listed| every_two(listed, n)).collect()
+}
+
+fn every_two(listed: &Listed, n: usize) -> Vec<[usize; 2]> {
+    let of: Vec<usize> = listed.of.iter().map(|&k| k as usize).filter(|&k| k < n).collect();
+    of.iter().enumerate().flat_map(|(i, &a)| of[i + 1..].iter().map(move |&b| [a, b])).collect()
 }
 
 /// Axes that are to be arranged, and how.

@@ -3,6 +3,7 @@
 use super::angles::Deviation;
 use super::evidence::{Evidence, turn_to};
 use super::found::{Found, Part, Refusal, Voices};
+use super::meetings::Meeting;
 use super::patterns::Pattern;
 use super::relation::{Manufacture, Relation, RelationKind};
 use super::sizes::{SizeKind, Sizes};
@@ -37,6 +38,11 @@ pub(super) fn of(
         let members: Vec<usize> = pattern.lines.iter().map(|&l| found.lines[l].members[0]).collect();
         let Pattern { kind, z, z_statistical, shift, .. } = *pattern;
         Relation { z, z_statistical, shift, ..certify.cost(kind, &members) }
+    }));
+    relations.extend(found.meetings.iter().map(|meeting| {
+        let members = meeting.lines.map(|l| found.lines[l].members[0]);
+        let Meeting { z, shift, .. } = *meeting;
+        Relation { z, z_statistical: z, shift, ..certify.cost(RelationKind::Intersecting, &members) }
     }));
     relations.extend(found.sizes.iter().map(|group| certify.sizes(group)));
     relations.extend(found.angles.left.iter().map(|(left, why)| Relation {

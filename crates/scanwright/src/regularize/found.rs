@@ -9,6 +9,7 @@ use super::enforce::{self, AskedSize, Target, size_of};
 use super::evidence::{Evidence, Position};
 use super::gather::{forced, gathered};
 use super::lines::{self, Line, PlacedLine};
+use super::meetings::{self, Meeting};
 use super::patterns::{self, Pattern};
 use super::relation::Manufacture;
 
@@ -84,6 +85,7 @@ pub(super) struct Found {
     pub angles: Angles,
     pub lines: Vec<Line>,
     pub patterns: Vec<Pattern>,
+    pub meetings: Vec<Meeting>,
     pub sizes: Vec<Sizes>,
     /// One per primitive.
     targets: Vec<Target>,
@@ -119,15 +121,25 @@ impl Found {
         } else {
             Vec::new()
         };
+        let is_arranged: Vec<bool> =
+            (0..lines.len()).map(|l| patterns.iter().any(|pattern| pattern.lines.contains(&l))).collect();
+        let pairs = asked.map(|a| a.meetings_of_lines(&lines));
+        let meetings = if voices.arranges {
+            let extent = part.mesh.diagonal();
+            meetings::meetings(&lines, &directions, &mut placed, &is_arranged, extent, pairs.as_deref())
+        } else {
+            Vec::new()
+        };
         for (l, line) in lines.iter().enumerate() {
-            if line.is_shared() || patterns.iter().any(|pattern| pattern.lines.contains(&l)) {
+            let meets = meetings.iter().any(|meeting| meeting.lines.contains(&l));
+            if line.is_shared() || is_arranged[l] || meets {
                 for &k in &line.members {
                     targets[k].direction = Some(directions[line.cluster()]);
                     targets[k].line = Some(placed[l]);
                 }
             }
         }
-        let mut found = Self { clusters, angles, lines, patterns, sizes: Vec::new(), targets };
+        let mut found = Self { clusters, angles, lines, patterns, meetings, sizes: Vec::new(), targets };
         found.sizes = found.equal_sizes(part, voices, manufacture, asked);
         found.ask_for_sizes();
         found

@@ -23,6 +23,7 @@ mod evidence;
 mod found;
 mod gather;
 mod lines;
+mod meetings;
 mod patterns;
 mod relation;
 mod sizes;

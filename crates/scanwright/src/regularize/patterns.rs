@@ -63,7 +63,9 @@ pub(super) fn arranged(
     for (cluster, direction) in directions.iter().enumerate() {
         let tangents = direction.tangents();
         let mut spots = spots(lines, cluster, &tangents, direction, placed);
-        spots.iter_mut().for_each(|spot| spot.covariance += form);
+        for spot in &mut spots {
+            spot.covariance += form;
+        }
         if spots.len() < MIN_LINES {
             continue;
         }

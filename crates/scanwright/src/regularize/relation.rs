@@ -26,6 +26,8 @@ pub enum RelationKind {
     EqualMajorRadius,
     /// Radii of the tubes of tori.
     EqualMinorRadius,
+    /// Axes that meet in a point.
+    Intersecting,
     /// Axes evenly around a circle; the last may be the axis in its middle.
     CircularPattern,
     /// Axes evenly along a row.

@@ -21,6 +21,9 @@ use std::collections::BTreeMap;
 
 /// The surface starts this far behind the rim's deepest vertex, in spacings: room for the joining strip.
 const START: f64 = 1.5;
+/// The ring left at a mouth lies this near its cut, in spacings: cells of the grid, and where another bore opens beside the
+/// mouth, what is left of it there.
+const RAGGED: f64 = 3.0;
 /// Axes this nearly parallel (cosine) do not cross.
 const PARALLEL: f64 = 0.9;
 /// A crossing farther behind a mouth than this many radii is not believed.
@@ -163,8 +166,8 @@ fn close_group(shell: &mut Shell, holes: &[Hole], drills: &[Drill]) -> Option<Ve
         let nearest = rings.iter().position(|ring| {
             ring.iter().all(|&v| {
                 let point = patch.vertices[v as usize];
-                drill.cylinder.signed_distance(&point).abs() < shell.spacing
-                    && (drill.height(&point) - drill.start).abs() < 3.0 * shell.spacing
+                let off = drill.cylinder.signed_distance(&point).abs();
+                off.max((drill.height(&point) - drill.start).abs()) < RAGGED * shell.spacing
             })
         })?;
         let ring: Vec<u32> = rings.remove(nearest).into_iter().map(|v| v + first).collect();
