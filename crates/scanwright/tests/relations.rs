@@ -423,3 +423,47 @@ fn faces_at_a_common_angle_are_exactly_so_and_others_are_left() {
     let asked = scan.regularized(Relations::Listed(list));
     assert_eq!(asked.relations[0].angle, Some(20.0_f64.to_radians()), "{:?}", asked.relations);
 }
+
+/// Distance at which two axes pass each other.
+fn apart(segmentation: &Segmentation, a: u32, b: u32) -> f64 {
+    let axis = |k: u32| segmentation.primitives[k as usize].surface.unwrap().axis().unwrap();
+    let (one, other) = (axis(a), axis(b));
+    let normal = one.direction.cross(&other.direction).normalize();
+    normal.dot(&(other.origin - one.origin)).abs()
+}
+
+/// A bore along z and one along x, which passes it at `distance`.
+fn crossed(seed: u64, distance: f64) -> (Scan, [u32; 2]) {
+    let mut scan = Scan::new(0.1, seed);
+    let upright = scan.cylinder(Point3::origin(), Vec3::z_axis(), 6.0);
+    // Beside their middles: far away their directions would have a lever.
+    let lying = scan.cylinder(Point3::new(-10.0, distance, 8.0), Vec3::x_axis(), 5.0);
+    scan.plane(Point3::new(0.0, 60.0, 20.0), Vec3::z_axis());
+    scan.plane(Point3::new(60.0, 60.0, 0.0), Vec3::x_axis());
+    (scan, [upright, lying])
+}
+
+#[test]
+fn axes_that_meet_do_so_exactly_and_others_stay_apart() {
+    let met = |result: &Regularized| {
+        result.relations.iter().any(|r| r.kind == RelationKind::Intersecting && r.accepted)
+    };
+    let mut n_found = 0;
+    for seed in 0..20 {
+        let (scan, [a, b]) = crossed(1200 + seed, 0.0);
+        let result = scan.regularized(Relations::Auto);
+        if met(&result) {
+            n_found += 1;
+            assert!(apart(&result.segmentation, a, b) < 1e-9);
+        }
+    }
+    assert!(n_found >= 18, "{n_found} of 20");
+    let mut n_wrong = 0;
+    for seed in 0..20 {
+        let (scan, [a, b]) = crossed(1300 + seed, 0.0);
+        let u = [a, b].map(|k| scan.standard_uncertainty(k, 0).max(scan.standard_uncertainty(k, 1)));
+        let (scan, _) = crossed(1300 + seed, 6.0 * u[0].hypot(u[1]));
+        n_wrong += usize::from(met(&scan.regularized(Relations::Auto)));
+    }
+    assert_eq!(n_wrong, 0, "of 20");
+}
