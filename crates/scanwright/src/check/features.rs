@@ -78,7 +78,7 @@ pub(super) fn measure(
     let of_face = |f: usize| {
         let face = &target.model.faces[f];
         let seen = &by_face[f];
-        let context = Context { target, part, alignment, options };
+        let context = Context { part, alignment, options };
         if seen.len() < LEAST_POINTS {
             None
         } else {
@@ -89,7 +89,6 @@ pub(super) fn measure(
 }
 
 struct Context<'a> {
-    target: &'a Target<'a>,
     part: &'a Part,
     alignment: &'a Alignment,
     options: &'a Options,
@@ -98,8 +97,7 @@ struct Context<'a> {
 impl Context<'_> {
     fn feature(&self, face: u32, nominal: &Surface, outward: bool, seen: &[Sighting]) -> Option<Feature> {
         // What the scanner's spot bends is undone point by point.
-        let straight =
-            |s: &Sighting| s.point + s.normal * (self.alignment.bend * self.target.curvature(face, &s.point));
+        let straight = |s: &Sighting| s.point + s.normal * s.bent;
         let all = Samples {
             points: seen.iter().map(straight).collect(),
             normals: seen.iter().map(|s| s.normal).collect(),

@@ -9,6 +9,7 @@
 //! Decisions are those of ISO 14253-1: conformity is shown, or nonconformity is, with a guard band of the uncertainty on
 //! either side of the limit; in between nothing is.
 
+mod bend;
 mod changes;
 mod coverage;
 mod faces;

@@ -1,5 +1,6 @@
 //! Which face of the model each vertex of a scan shows, and how far from it the vertex lies.
 
+use super::bend;
 use crate::align::{Alignment, Part, Target};
 use crate::math::{Point3, Vec3, stats};
 use crate::par;
@@ -17,6 +18,8 @@ pub struct Sighting {
     pub distance: f64,
     /// The model's unit normal there, outward.
     pub normal: Vec3,
+    /// How far the scanner's spot has bent the vertex inwards, length.
+    pub bent: f64,
     /// Whether it lies where scanners round an edge, or beyond the border of the face.
     pub at_border: bool,
 }
@@ -44,9 +47,14 @@ impl Sightings {
             let normal = alignment.pose.rotation * part.normals[v];
             let hit = target.hit(&point, &normal, widest)?;
             let (face, foot) = (hit.face, hit.foot);
-            let distance = hit.distance + alignment.bend * target.curvature(face, &point);
-            Some(Sighting { face, point, foot, distance, normal: hit.normal, at_border: hit.at_border })
+            let bent = alignment.bend * target.curvature(face, &point);
+            let (distance, normal, at_border) = (hit.distance, hit.normal, hit.at_border);
+            Some(Sighting { face, point, foot, distance, normal, bent, at_border })
         });
+        bend::averaged(&mut of_vertex, &part.mesh, alignment.bend);
+        for sighting in of_vertex.iter_mut().flatten() {
+            sighting.distance += sighting.bent;
+        }
         let mut sizes: Vec<f64> = of_vertex.iter().flatten().map(|s| s.distance.abs()).collect();
         let kept = stats::quantile(&mut sizes, KEPT).unwrap_or(0.0);
         let reach = (TIMES * kept).max(2.0 * spacing + 6.0 * alignment.sigma).min(widest);
