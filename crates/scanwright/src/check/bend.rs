@@ -4,85 +4,79 @@
 //! sees everything, as a mean over itself: at the line where a fillet runs into a plane half of what it is inside. A fillet
 //! as wide as a few spots would else seem of another radius.
 
-use std::collections::BTreeSet;
-
 use super::Sighting;
-use crate::mesh::{Adjacency, Mesh, VertId};
+use crate::mesh::{Adjacency, Mesh};
 use crate::par;
 
-/// Deviations of the spot beyond which a vertex has no part in the mean.
-const REACH: f64 = 2.5;
-/// Vertices that a mean is taken over: bounds the cost where a scan is much finer than the spot.
-const MOST: usize = 400;
+/// Largest share that a vertex takes of its neighbours in one pass: with all of it patterns of one edge would stand.
+const LARGEST_SHARE: f64 = 0.8;
+/// Passes of the mean: bounds the cost where a scan is much finer than the spot.
+const MOST_PASSES: usize = 100;
 /// Relative difference from which the bends of neighbours are two.
 const DIFFERENT: f64 = 0.01;
 
 /// Replaces the bend that each vertex has on its own face by the mean over the spot. `bend`: half the square of its deviation.
+///
+/// The mean is reached by diffusion along edges: a pass in which each vertex takes a share of the mean of its neighbours, an
+/// edge h away, widens it by that share of `h^2 / 2` in each direction.
 pub(super) fn averaged(of_vertex: &mut [Option<Sighting>], mesh: &Mesh, bend: f64) {
-    if bend <= 0.0 {
+    let adjacency = Adjacency::new(mesh);
+    let edge = mean_square_edge(mesh);
+    if bend <= 0.0 || edge <= 0.0 {
         return;
     }
-    let blur = (2.0 * bend).sqrt();
-    let adjacency = Adjacency::new(mesh);
-    let bent: Vec<Option<f64>> =
+    let passes = 4.0 * bend / edge;
+    let n_passes = ((passes / LARGEST_SHARE).ceil() as usize).clamp(1, MOST_PASSES);
+    let share = (passes / n_passes as f64).min(LARGEST_SHARE);
+    // Beside an edge vertices are rounded instead.
+    let mut bent: Vec<Option<f64>> =
         of_vertex.iter().map(|s| s.filter(|s| !s.at_border).map(|s| s.bent)).collect();
-    let is_mixed = par::map_indices(mesh.vertices.len(), |v| {
-        let Some(own) = bent[v] else { return false };
-        let beside = adjacency.vertex_vertices.row(v).iter().filter_map(|&w| bent[w as usize]);
-        beside.into_iter().any(|other| (other - own).abs() > DIFFERENT * own.abs().max(other.abs()))
-    });
-    let spot = Spot { mesh, adjacency: &adjacency, bent: &bent, blur };
-    let near: BTreeSet<VertId> = (0..mesh.vertices.len() as u32)
-        .filter(|&v| is_mixed[v as usize])
-        .flat_map(|v| spot.around(v))
-        .collect();
-    let near: Vec<VertId> = near.into_iter().collect();
-    let means = par::map(&near, |&v| spot.mean(v));
-    for (&v, mean) in near.iter().zip(means) {
-        if let (Some(sighting), Some(mean)) = (&mut of_vertex[v as usize], mean) {
+    let near = near_changes(&adjacency, &bent, n_passes);
+    for _ in 0..n_passes {
+        let next = par::map(&near, |&v| {
+            let own = bent[v as usize]?;
+            let beside = adjacency.vertex_vertices.row(v as usize).iter().filter_map(|&w| bent[w as usize]);
+            let (sum, n) = beside.fold((0.0, 0), |(sum, n), x| (sum + x, n + 1));
+            Some(if n == 0 { own } else { own + share * (sum / f64::from(n) - own) })
+        });
+        for (&v, next) in near.iter().zip(next) {
+            bent[v as usize] = next;
+        }
+    }
+    for &v in &near {
+        if let (Some(sighting), Some(mean)) = (&mut of_vertex[v as usize], bent[v as usize]) {
             sighting.bent = mean;
         }
     }
 }
 
-struct Spot<'a> {
-    mesh: &'a Mesh,
-    adjacency: &'a Adjacency,
-    /// One per vertex: its bend on its own face; `None` beside an edge, where it is rounded instead.
-    bent: &'a [Option<f64>],
-    blur: f64,
-}
-
-impl Spot<'_> {
-    /// Vertices within reach of `v` that are joined to it through such.
-    fn around(&self, v: VertId) -> Vec<VertId> {
-        let center = self.mesh.vertices[v as usize];
-        let mut reached = vec![v];
-        let mut known = BTreeSet::from([v]);
-        let mut next = 0;
-        while next < reached.len() && reached.len() < MOST {
-            for &w in self.adjacency.vertex_vertices.row(reached[next] as usize) {
-                let apart = (self.mesh.vertices[w as usize] - center).norm();
-                if apart < REACH * self.blur && self.bent[w as usize].is_some() && known.insert(w) {
-                    reached.push(w);
+/// Vertices within `n_rings` edges of where the bend changes, ascending.
+fn near_changes(adjacency: &Adjacency, bent: &[Option<f64>], n_rings: usize) -> Vec<u32> {
+    let changes = par::map_indices(bent.len(), |v| {
+        let Some(own) = bent[v] else { return false };
+        let mut beside = adjacency.vertex_vertices.row(v).iter().filter_map(|&w| bent[w as usize]);
+        beside.any(|other| (other - own).abs() > DIFFERENT * own.abs().max(other.abs()))
+    });
+    let mut front: Vec<u32> = (0..bent.len() as u32).filter(|&v| changes[v as usize]).collect();
+    let mut is_near = changes;
+    for _ in 0..n_rings {
+        let mut next = Vec::new();
+        for &v in &front {
+            for &w in adjacency.vertex_vertices.row(v as usize) {
+                if !is_near[w as usize] {
+                    is_near[w as usize] = true;
+                    next.push(w);
                 }
             }
-            next += 1;
         }
-        reached
+        front = next;
     }
+    (0..bent.len() as u32).filter(|&v| is_near[v as usize]).collect()
+}
 
-    /// The mean bend about `v` with the spot's weights.
-    fn mean(&self, v: VertId) -> Option<f64> {
-        self.bent[v as usize]?;
-        let center = self.mesh.vertices[v as usize];
-        let (mut sum, mut total) = (0.0, 0.0);
-        for w in self.around(v) {
-            let apart = (self.mesh.vertices[w as usize] - center).norm() / self.blur;
-            let weight = (-0.5 * apart * apart).exp();
-            sum += weight * self.bent[w as usize].unwrap_or(0.0);
-            total += weight;
-        }
-        Some(sum / total)
-    }
+/// Mean squared length of the triangles' edges.
+fn mean_square_edge(mesh: &Mesh) -> f64 {
+    let edges = mesh.triangles.iter().flat_map(|t| (0..3).map(move |k| [t[k], t[(k + 1) % 3]]));
+    let squares = edges.map(|[a, b]| (mesh.vertices[b as usize] - mesh.vertices[a as usize]).norm_squared());
+    squares.sum::<f64>() / (3 * mesh.triangles.len()).max(1) as f64
 }
