@@ -2,9 +2,8 @@
 //!
 //! All clusters are one Gaussian state of two tilts each. A pair is tested with the covariance that the relations
 //! accepted so far have left, so that what they imply is not taken for evidence and what they exclude is not
-//! accepted; an accepted relation is an observation without error. R. Kalman, "A new approach to linear filtering and
-//! prediction problems", Journal of Basic Engineering 82 (1960), 35-45. Right angles come first. In the end all accepted
-//! relations are solved at once by Gauss-Newton steps from the directions as they were seen.
+//! accepted; an accepted relation is an observation without error (`gaussian`). Right angles come first. In the end all
+//! accepted relations are solved at once by Gauss-Newton steps from the directions as they were seen.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,15 +11,14 @@ use nalgebra::{DMatrix, DVector, Matrix3x2};
 
 use super::custom::Custom;
 use super::directions::Cluster;
-use super::{MAX_ACCIDENT, MAX_SIGMAS};
+use super::gaussian::{Gaussian, Row};
+use super::{DECIDED, MAX_ACCIDENT, MAX_SIGMAS};
 use crate::math::{Mat3, UnitVec3, Vec3};
 
 /// Clusters that are related, best seen first: bounds the cost of the joint solution, cubic in their number.
 const MAX_CLUSTERS: usize = 200;
 /// Steps of the joint solution: each makes the error smaller by the deviations themselves, radians.
 const STEPS: usize = 12;
-/// Share of a pair's variance below which the relations accepted so far decide it.
-const DECIDED: f64 = 0.01;
 
 /// Clusters at common angles, made exactly so.
 pub(super) struct Angles {
@@ -74,7 +72,7 @@ pub(super) fn related(clusters: &[Cluster], asked: Option<&[Pair]>) -> Angles {
     });
     let described = |pair: Pair| {
         let (deviation, row) = state.deviation(&pair);
-        Deviation { pair, size: deviation.abs(), variance: state.variance(&row) }
+        Deviation { pair, size: deviation.abs(), variance: state.tilts.variance(&row) }
     };
     let nearly = |deviation: &Deviation| deviation.size < NEARLY;
     let mut left: Vec<(Deviation, String)> =
@@ -101,9 +99,8 @@ pub(super) fn related(clusters: &[Cluster], asked: Option<&[Pair]>) -> Angles {
 struct State {
     /// One per cluster: the direction as it was seen, and its tangents.
     seen: Vec<(Vec3, Matrix3x2<f64>)>,
-    /// Two per cluster: motion along the tangents.
-    moved: DVector<f64>,
-    covariance: DMatrix<f64>,
+    /// Motions along the tangents.
+    tilts: Gaussian,
 }
 
 impl State {
@@ -117,19 +114,20 @@ impl State {
             covariance.fixed_view_mut::<2, 2>(2 * k, 2 * k).copy_from(&own);
             seen.push((cluster.direction.unit.into_inner(), tangents));
         }
-        Self { seen, moved: DVector::zeros(n), covariance }
+        Self { seen, tilts: Gaussian::new(covariance) }
     }
 
     /// The direction of a cluster.
     fn unit(&self, k: usize) -> UnitVec3 {
         let (seen, tangents) = &self.seen[k];
-        UnitVec3::new_normalize(seen + tangents * self.moved.fixed_rows::<2>(2 * k))
+        UnitVec3::new_normalize(seen + tangents * self.tilts.moved.fixed_rows::<2>(2 * k))
     }
 
     /// Covariance of its coordinates.
     fn covariance(&self, k: usize) -> Mat3 {
         let tangents = &self.seen[k].1;
-        let covariance = tangents * self.covariance.fixed_view::<2, 2>(2 * k, 2 * k) * tangents.transpose();
+        let covariance =
+            tangents * self.tilts.covariance.fixed_view::<2, 2>(2 * k, 2 * k) * tangents.transpose();
         let unit = self.unit(k);
         let flat = Mat3::identity() - unit.into_inner() * unit.transpose();
         flat * covariance * flat
@@ -141,7 +139,7 @@ impl State {
     }
 
     /// What the angle of a pair is too large by, radians, to first order, and its derivative by the tilts of both.
-    fn deviation(&self, pair: &Pair) -> (f64, [(usize, f64); 4]) {
+    fn deviation(&self, pair: &Pair) -> (f64, Row) {
         let (a, b) = pair.clusters;
         let (ua, ub) = (self.unit(a), self.unit(b));
         let cosine = ua.dot(&ub);
@@ -154,27 +152,6 @@ impl State {
         ((sign * cosine + cos) / sin, row)
     }
 
-    /// Variance of a deviation with derivative `row`.
-    fn variance(&self, row: &[(usize, f64); 4]) -> f64 {
-        let mut sum = 0.0;
-        for &(i, x) in row {
-            for &(j, y) in row {
-                sum += x * y * self.covariance[(i, j)];
-            }
-        }
-        sum
-    }
-
-    /// Makes the deviation with value `deviation` and derivative `row` zero, to first order.
-    fn observe(&mut self, deviation: f64, row: &[(usize, f64); 4], variance: f64) {
-        let mut effect = DVector::zeros(self.moved.len());
-        for &(i, x) in row {
-            effect.axpy(x, &self.covariance.column(i), 1.0);
-        }
-        self.moved.axpy(-deviation / variance, &effect, 1.0);
-        self.covariance.ger(-1.0 / variance, &effect, &effect, 1.0);
-    }
-
     /// The state nearest to what was seen in which all `pairs` have their angle; `None` without pairs, or when they
     /// contradict each other.
     fn solved(&self, pairs: &[Pair]) -> Option<Self> {
@@ -183,22 +160,22 @@ impl State {
         }
         let mut state = self.clone();
         for _ in 0..STEPS {
-            let mut jacobian = DMatrix::zeros(pairs.len(), self.moved.len());
+            let mut jacobian = DMatrix::zeros(pairs.len(), self.tilts.moved.len());
             let mut aim = DVector::zeros(pairs.len());
             for (i, pair) in pairs.iter().enumerate() {
                 let (deviation, row) = state.deviation(pair);
                 for (j, x) in row {
                     jacobian[(i, j)] = x;
-                    aim[i] += x * state.moved[j];
+                    aim[i] += x * state.tilts.moved[j];
                 }
                 aim[i] -= deviation;
             }
-            let effect = &self.covariance * jacobian.transpose();
+            let effect = &self.tilts.covariance * jacobian.transpose();
             let inverse = (&jacobian * &effect).cholesky()?.inverse();
-            state.moved = &effect * (&inverse * aim);
-            state.covariance = &self.covariance - &effect * inverse * effect.transpose();
+            state.tilts.moved = &effect * (&inverse * aim);
+            state.tilts.covariance = &self.tilts.covariance - &effect * inverse * effect.transpose();
         }
-        state.moved.iter().all(|x| x.is_finite()).then_some(state)
+        state.tilts.moved.iter().all(|x| x.is_finite()).then_some(state)
     }
 }
 
@@ -242,7 +219,7 @@ impl ByEvidence<'_> {
     /// Tests pairs, best seen first. `by_accident`: probability that unrelated directions meet the angle as well as is
     /// asked, by the variance of the deviation.
     fn test(&mut self, pairs: impl Iterator<Item = Pair>, by_accident: impl Fn(f64) -> f64) {
-        let variance_at_first = |pair: &Pair| self.at_first.variance(&self.at_first.deviation(pair).1);
+        let variance_at_first = |pair: &Pair| self.at_first.tilts.variance(&self.at_first.deviation(pair).1);
         let mut candidates: Vec<(f64, Pair)> = pairs
             .map(|pair| (variance_at_first(&pair), pair))
             .filter(|(variance, _)| by_accident(*variance) < 1.0)
@@ -250,7 +227,7 @@ impl ByEvidence<'_> {
         candidates.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.clusters.cmp(&y.1.clusters)));
         for (at_first, pair) in candidates {
             let (deviation, row) = self.state.deviation(&pair);
-            let variance = self.state.variance(&row);
+            let variance = self.state.tilts.variance(&row);
             if variance < DECIDED * at_first {
                 continue;
             }
@@ -259,7 +236,7 @@ impl ByEvidence<'_> {
             // What is the rule with the better seen of the two needs less evidence than what would be an exception.
             let custom = &mut self.customs[pair.clusters.0];
             if holds && custom.accident(accident) < MAX_ACCIDENT {
-                self.state.observe(deviation, &row, variance);
+                self.state.tilts.observe(deviation, &row, variance);
                 self.accepted.push(pair);
             } else if holds {
                 self.refused.push((pair, "so badly seen that it may be by accident".to_owned()));

@@ -5,22 +5,19 @@
 //! often others meet the better seen of the two, as it is for angles. All lines are one Gaussian state of a motion across
 //! each; what was accepted before is an observation without error (see `angles`).
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Matrix3x2, Vector2};
 
 use super::custom::Custom;
 use super::directions::Direction;
+use super::gaussian::{Gaussian, Row};
 use super::lines::{Line, PlacedLine};
-use super::{MAX_ACCIDENT, MAX_SIGMAS};
+use super::{DECIDED, MAX_ACCIDENT, MAX_SIGMAS, PINNED};
 use crate::math::{Mat3, Point3, Vec3, try_unit};
 
 /// Lines that are looked at, best seen first: bounds the cost, cubic in their number.
 const MAX_LINES: usize = 60;
 /// Sine of the angle from which two directions are different enough for a common normal.
 const APART: f64 = 0.1;
-/// Share of a pair's variance below which what was accepted so far decides it.
-const DECIDED: f64 = 0.01;
-/// Share of its covariance that an arranged line keeps: it stays where its arrangement put it.
-const PINNED: f64 = 1e-9;
 
 /// Two lines that meet.
 #[derive(Debug, Clone)]
@@ -58,9 +55,10 @@ pub(super) fn meetings(
         Some(asked) => state.forced(asked),
     };
     for (k, seen) in state.seen.iter().enumerate() {
-        let moved = state.moved.fixed_rows::<2>(2 * k).into_owned();
+        let moved = state.motions.moved.fixed_rows::<2>(2 * k).into_owned();
         if moved != Vector2::zeros() && !is_arranged[seen.line] {
-            let covariance: Matrix2<f64> = state.covariance.fixed_view::<2, 2>(2 * k, 2 * k).into_owned();
+            let covariance: Matrix2<f64> =
+                state.motions.covariance.fixed_view::<2, 2>(2 * k, 2 * k).into_owned();
             let line = &mut placed[seen.line];
             line.through += seen.tangents * moved;
             line.covariance = seen.tangents * covariance * seen.tangents.transpose();
@@ -72,9 +70,8 @@ pub(super) fn meetings(
 /// Lines as a Gaussian of motions across them.
 struct State {
     seen: Vec<Seen>,
-    /// Two per line, in its tangents.
-    moved: DVector<f64>,
-    covariance: DMatrix<f64>,
+    /// Motions in the tangents of each.
+    motions: Gaussian,
 }
 
 impl State {
@@ -95,15 +92,16 @@ impl State {
             let PlacedLine { through: point, by_direction, .. } = placed[line];
             seen.push(Seen { line, point, direction, tangents, by_direction });
         }
-        Self { moved: DVector::zeros(covariance.nrows()), seen, covariance }
+        Self { seen, motions: Gaussian::new(covariance) }
     }
 
     /// Distance at which two lines pass each other, signed, and its derivative by the motions; `None` for parallel ones.
-    fn distance(&self, (a, b): (usize, usize)) -> Option<(f64, [(usize, f64); 4])> {
+    fn distance(&self, (a, b): (usize, usize)) -> Option<(f64, Row)> {
         let [one, other] = [&self.seen[a], &self.seen[b]];
         let across = one.direction.unit.cross(&other.direction.unit);
         let normal = try_unit(across).filter(|_| across.norm() > APART)?;
-        let at = |k: usize| self.seen[k].point + self.seen[k].tangents * self.moved.fixed_rows::<2>(2 * k);
+        let at =
+            |k: usize| self.seen[k].point + self.seen[k].tangents * self.motions.moved.fixed_rows::<2>(2 * k);
         let apart: Vec3 = at(b) - at(a);
         let by_a = -one.tangents.transpose() * normal.into_inner();
         let by_b = other.tangents.transpose() * normal.into_inner();
@@ -111,13 +109,7 @@ impl State {
         Some((normal.dot(&apart), row))
     }
 
-    /// Variance of a distance given the directions.
-    fn variance(&self, row: &[(usize, f64); 4]) -> f64 {
-        let pairs = row.iter().flat_map(|&(i, x)| row.iter().map(move |&(j, y)| (i, j, x * y)));
-        pairs.map(|(i, j, weight)| weight * self.covariance[(i, j)]).sum()
-    }
-
-    /// What the directions of two lines add to that: where the two meet they have a lever.
+    /// What the directions of two lines add to the variance of their distance: where the two meet they have a lever.
     fn variance_by_direction(&self, (a, b): (usize, usize)) -> f64 {
         let [one, other] = [&self.seen[a], &self.seen[b]];
         let Some(normal) = try_unit(one.direction.unit.cross(&other.direction.unit)) else { return 0.0 };
@@ -131,16 +123,6 @@ impl State {
         of(one, other) + of(other, one)
     }
 
-    /// Makes a distance zero.
-    fn observe(&mut self, distance: f64, row: &[(usize, f64); 4], variance: f64) {
-        let mut effect = DVector::zeros(self.moved.len());
-        for &(i, x) in row {
-            effect.axpy(x, &self.covariance.column(i), 1.0);
-        }
-        self.moved.axpy(-distance / variance, &effect, 1.0);
-        self.covariance.ger(-1.0 / variance, &effect, &effect, 1.0);
-    }
-
     fn meeting(&self, (a, b): (usize, usize), distance: f64, variance: f64) -> Meeting {
         let lines = [self.seen[a].line, self.seen[b].line];
         Meeting { lines, z: distance.abs() / variance.sqrt(), shift: distance.abs() }
@@ -151,14 +133,14 @@ impl State {
         let n = self.seen.len();
         let mut candidates: Vec<(f64, (usize, usize))> = (0..n)
             .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
-            .filter_map(|pair| Some((self.variance(&self.distance(pair)?.1), pair)))
+            .filter_map(|pair| Some((self.motions.variance(&self.distance(pair)?.1), pair)))
             .collect();
         candidates.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         let mut customs = vec![Custom::default(); n];
         let mut meetings = Vec::new();
         for (at_first, pair) in candidates {
             let Some((distance, row)) = self.distance(pair) else { continue };
-            let variance = self.variance(&row);
+            let variance = self.motions.variance(&row);
             if variance < DECIDED * at_first {
                 continue;
             }
@@ -169,7 +151,7 @@ impl State {
             let custom = &mut customs[pair.0];
             if holds && custom.accident(accident) < MAX_ACCIDENT {
                 meetings.push(self.meeting(pair, distance, total));
-                self.observe(distance, &row, variance);
+                self.motions.observe(distance, &row, variance);
             }
             if accident < MAX_ACCIDENT {
                 custom.count(holds);
@@ -185,10 +167,10 @@ impl State {
         for &[a, b] in asked {
             let Some(pair) = home(self, a).zip(home(self, b)) else { continue };
             let Some((distance, row)) = self.distance(pair) else { continue };
-            let variance = self.variance(&row);
+            let variance = self.motions.variance(&row);
             if variance > 0.0 {
                 meetings.push(self.meeting(pair, distance, variance));
-                self.observe(distance, &row, variance);
+                self.motions.observe(distance, &row, variance);
             }
         }
         meetings

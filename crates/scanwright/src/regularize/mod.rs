@@ -4,14 +4,15 @@
 //! A narrow face shows its direction badly and a large one well; where both mean the same direction, the narrow one
 //! takes it from the large. `evidence` says how well each primitive's own points show its direction and position,
 //! `directions` gathers parallel ones, `lines` those of their axes and of centres that lie on one line, `sizes` planes and
-//! sizes, all by `gather`; `angles` finds gatherings at right and other common angles and adjusts all of them together, `enforce` turns and
-//! moves each primitive and lets its other parameters follow. `certificates` says of each relation how well it held.
+//! sizes, all by `gather`. `angles` finds gatherings at right and other common angles and adjusts all of them together;
+//! `patterns` then arranges lines, `meetings` makes them meet, and `enforce` turns and moves each primitive and lets its
+//! other parameters follow. `certificates` says of each relation how well it held.
 //!
 //! A relation is accepted when the scan does not contradict it and when it would rarely be met by accident. The steps
 //! are those of F. Langbein, A. Marshall, R. Martin, "Choosing consistent constraints for beautification of reverse
 //! engineered geometric models", Computer-Aided Design 36 (2004), 261-278; the tests are ours: every deviation is
 //! measured in its own standard uncertainty. No points are fitted again: a primitive is represented by its estimate
-//! and its covariance. Cost O(vertices) for the evidence and O(directions^2) for the relations.
+//! and its covariance. Cost O(vertices) for the evidence, O(directions^2) and O(lines^2) for the relations.
 
 mod angles;
 mod asked;
@@ -22,6 +23,7 @@ mod enforce;
 mod evidence;
 mod found;
 mod gather;
+mod gaussian;
 mod lines;
 mod meetings;
 mod patterns;
@@ -45,6 +47,10 @@ use found::{Found, Part, Voices};
 const MAX_SIGMAS: f64 = 2.5;
 /// Largest probability that an accepted relation is an accident.
 const MAX_ACCIDENT: f64 = 0.05;
+/// Share of a pair's variance below which the relations accepted so far decide it.
+const DECIDED: f64 = 0.01;
+/// Share of its covariance that a line keeps once an arrangement has put it in its place: later ones leave it there.
+const PINNED: f64 = 1e-9;
 
 /// Primitives with their relations made exact, and what these are.
 #[derive(Debug, Clone)]

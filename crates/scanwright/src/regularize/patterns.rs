@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Rotation2, Vector2};
 use super::directions::Direction;
 use super::lines::{Line, PlacedLine};
 use super::relation::{Manufacture, RelationKind};
-use super::{MAX_ACCIDENT, MAX_SIGMAS};
+use super::{MAX_ACCIDENT, MAX_SIGMAS, PINNED};
 use crate::recognize::Primitive;
 use crate::surface::Surface;
 
@@ -22,8 +22,6 @@ const MIN_LINES: usize = 3;
 const MAX_LINES: usize = 200;
 /// Standard deviations up to which sizes and distances make a candidate; whether it holds is tested for all of it together.
 const CANDIDATE: f64 = 2.0 * MAX_SIGMAS;
-/// Share of its covariance that a middle keeps once a circle has moved it: another circle about it leaves it there.
-const PINNED: f64 = 1e-9;
 /// Steps of Gauss and Newton of the one arrangement that is not linear.
 const STEPS: usize = 8;
 
