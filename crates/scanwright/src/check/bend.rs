@@ -80,3 +80,45 @@ fn mean_square_edge(mesh: &Mesh) -> f64 {
     let squares = edges.map(|[a, b]| (mesh.vertices[b as usize] - mesh.vertices[a as usize]).norm_squared());
     squares.sum::<f64>() / (3 * mesh.triangles.len()).max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Point3, Vec3};
+
+    /// A step of the curvature becomes the integral of the spot.
+    #[test]
+    fn a_step_is_seen_as_wide_as_the_spot() {
+        const SPACING: f64 = 0.5;
+        const BLUR: f64 = 1.0;
+        let n: u32 = 60;
+        let place = |i: u32, j: u32| Point3::new(f64::from(i) * SPACING, f64::from(j) * SPACING, 0.0);
+        let vertices: Vec<Point3> = (0..n * n).map(|v| place(v / n, v % n)).collect();
+        let corners = (1..n).flat_map(|i| (1..n).map(move |j| i * n + j));
+        let triangles = corners.flat_map(|v| [[v, v - n, v - n - 1], [v, v - n - 1, v - 1]]).collect();
+        let mesh = Mesh { vertices, triangles };
+        let middle = 0.5 * f64::from(n - 1) * SPACING;
+        let seen = |point: &Point3| Sighting {
+            face: 0,
+            point: *point,
+            foot: *point,
+            distance: 0.0,
+            normal: Vec3::z(),
+            bent: if point.x > middle { 1.0 } else { 0.0 },
+            at_border: false,
+        };
+        let mut sightings: Vec<Option<Sighting>> = mesh.vertices.iter().map(|p| Some(seen(p))).collect();
+        averaged(&mut sightings, &mesh, 0.5 * BLUR * BLUR);
+        for x in [-2.0, -1.0, -0.5, 0.5, 1.0, 2.0_f64] {
+            let place = ((middle + x * BLUR) / SPACING).round() as u32;
+            let apart = (f64::from(place) * SPACING - middle) / BLUR;
+            // Integral of the normal density by the midpoint rule.
+            let step = 1e-3;
+            let heights = (0..8000).map(|i| apart - (f64::from(i) + 0.5) * step);
+            let share: f64 =
+                heights.map(|t| (-0.5 * t * t).exp() * step).sum::<f64>() / std::f64::consts::TAU.sqrt();
+            let found = sightings[(place * n + n / 2) as usize].unwrap().bent;
+            assert!((found - share).abs() < 0.03, "{found} instead of {share} at {apart}");
+        }
+    }
+}

@@ -89,3 +89,67 @@ fn rounding(own: &Fit, other: &Fit, spot: f64, point: &Point3) -> f64 {
     let t = (d - e).abs();
     0.5 * (blurred_magnitude(t, spot * (n - m).norm()).0 - t)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::recognize::Primitive;
+    use crate::surface::{Plane, Surface};
+    use crate::tolerance::Measured;
+
+    /// Two planes that turn by an angle along the y axis, a grid of one length each.
+    fn folded(turn: f64, spot: f64) -> (Mesh, Vec<f64>) {
+        let n: u32 = 21;
+        let along = Vec3::new(turn.cos(), 0.0, -turn.sin());
+        let place = |i: u32, j: u32| {
+            let (x, y) = (f64::from(i) - 10.0, f64::from(j));
+            Point3::from(if x < 0.0 { Vec3::x() * x } else { along * x } + Vec3::y() * y)
+        };
+        let vertices: Vec<Point3> = (0..n * n).map(|v| place(v / n, v % n)).collect();
+        let corners = (1..n).flat_map(|i| (1..n).map(move |j| (i, i * n + j)));
+        let (mut triangles, mut labels) = (Vec::new(), Vec::new());
+        for (i, v) in corners {
+            triangles.extend([[v, v - n - 1, v - n], [v, v - 1, v - n - 1]]);
+            labels.extend([Some(RegionId(u32::from(i > 10))); 2]);
+        }
+        let mesh = Mesh { vertices, triangles };
+        let plane = |normal: Vec3| Primitive {
+            surface: Some(Surface::Plane(Plane {
+                point: Point3::origin(),
+                normal: crate::math::UnitVec3::new_normalize(normal),
+            })),
+            ..Primitive::freeform()
+        };
+        let primitives = vec![plane(Vec3::z()), plane(Vec3::new(turn.sin(), 0.0, turn.cos()))];
+        let measured = Measured {
+            largest_coordinate: 20.0,
+            diagonal: 30.0,
+            spacing: 1.0,
+            noise: 0.01,
+            normal_noise: 0.01,
+            edge_rounding: spot,
+        };
+        let tolerances = Tolerances::new(measured, None);
+        let adjacency = Adjacency::new(&mesh);
+        let moved = of_vertices(&mesh, &adjacency, &Segmentation { labels, primitives }, &tolerances);
+        (mesh, moved)
+    }
+
+    #[test]
+    fn vertices_beside_an_edge_are_moved_by_the_blurred_wedge() {
+        const SPOT: f64 = 0.8;
+        let right = std::f64::consts::FRAC_PI_2;
+        let (mesh, moved) = folded(right, SPOT);
+        for (point, moved) in mesh.vertices.iter().zip(&moved).filter(|(p, _)| p.y == 10.0 && p.x < 0.0) {
+            // Of a right-angled wedge t is the distance from the edge, tau the spot by the root of two.
+            let t = -point.x;
+            let expected = 0.5 * (blurred_magnitude(t, SPOT * std::f64::consts::SQRT_2).0 - t);
+            let seen = if t <= f64::from(BORDER_RINGS) { expected } else { 0.0 };
+            assert!((moved - seen).abs() < 1e-12, "{moved} instead of {seen} at {t}");
+        }
+        let largest = |turn: f64| folded(turn, SPOT).1.into_iter().fold(0.0, f64::max);
+        assert!(largest(0.1) < 0.3 * largest(right), "a flat fold hardly rounds");
+        assert_eq!(folded(right, 0.0).1.into_iter().fold(0.0, f64::max), 0.0);
+    }
+}
