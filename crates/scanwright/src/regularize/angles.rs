@@ -54,8 +54,10 @@ pub(super) struct Deviation {
     pub variance: f64,
 }
 
-/// Deviation from an angle, radians, up to which a pair that is not made exact is worth a word.
+/// Deviation from a right angle, radians, up to which a pair that is not made exact is worth a word.
 const NEARLY: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// The same of other common angles, of which one is never far.
+const NEARLY_COMMON: f64 = 0.25 * NEARLY;
 /// Common angles other than right ones: multiples of this, radians.
 const COMMON: f64 = std::f64::consts::PI / 12.0;
 /// How many of them there are below a right one.
@@ -74,7 +76,9 @@ pub(super) fn related(clusters: &[Cluster], asked: Option<&[Pair]>) -> Angles {
         let (deviation, row) = state.deviation(&pair);
         Deviation { pair, size: deviation.abs(), variance: state.tilts.variance(&row) }
     };
-    let nearly = |deviation: &Deviation| deviation.size < NEARLY;
+    let nearly = |deviation: &Deviation| {
+        deviation.size < if deviation.pair.is_right() { NEARLY } else { NEARLY_COMMON }
+    };
     let mut left: Vec<(Deviation, String)> =
         refused.into_iter().map(|(pair, why)| (described(pair), why)).filter(|(d, _)| nearly(d)).collect();
     let mut related = clusters.to_vec();
