@@ -37,6 +37,8 @@ struct Seen {
     tangents: Matrix3x2<f64>,
     /// What `point` moves by when the direction does.
     by_direction: Mat3,
+    /// Whether an arrangement holds it where it is.
+    is_fixed: bool,
 }
 
 /// Lines that meet; `placed` is moved to that. `is_arranged`: one per line, whether it is to stay. `extent`: size of the part.
@@ -90,16 +92,19 @@ impl State {
             let share = if is_arranged[line] { PINNED } else { 1.0 };
             covariance.fixed_view_mut::<2, 2>(2 * k, 2 * k).copy_from(&(own * share));
             let PlacedLine { through: point, by_direction, .. } = placed[line];
-            seen.push(Seen { line, point, direction, tangents, by_direction });
+            let is_fixed = is_arranged[line];
+            seen.push(Seen { line, point, direction, tangents, by_direction, is_fixed });
         }
         Self { seen, motions: Gaussian::new(covariance) }
     }
 
-    /// Distance at which two lines pass each other, signed, and its derivative by the motions; `None` for parallel ones.
+    /// Distance at which two lines pass each other, signed, and its derivative by the motions; `None` for parallel ones
+    /// and for two that neither may move.
     fn distance(&self, (a, b): (usize, usize)) -> Option<(f64, Row)> {
         let [one, other] = [&self.seen[a], &self.seen[b]];
         let across = one.direction.unit.cross(&other.direction.unit);
-        let normal = try_unit(across).filter(|_| across.norm() > APART)?;
+        let may_meet = across.norm() > APART && !(one.is_fixed && other.is_fixed);
+        let normal = try_unit(across).filter(|_| may_meet)?;
         let at =
             |k: usize| self.seen[k].point + self.seen[k].tangents * self.motions.moved.fixed_rows::<2>(2 * k);
         let apart: Vec3 = at(b) - at(a);
