@@ -467,3 +467,17 @@ fn axes_that_meet_do_so_exactly_and_others_stay_apart() {
     }
     assert_eq!(n_wrong, 0, "of 20");
 }
+
+#[test]
+fn a_pattern_that_was_found_can_be_asked_for_as_it_was_told() {
+    let mut places = around(6);
+    places.push((0.0, 0.0));
+    let (scan, _) = bores(700, &places, 0.0);
+    let found = scan.regularized(Relations::Auto);
+    let of = pattern(&found, RelationKind::CircularPattern).expect("seed 700 shows it");
+    let list = vec![Listed { kind: RelationKind::CircularPattern, of: of.clone(), degrees: None }];
+    let asked = scan.regularized(Relations::Listed(list));
+    assert_eq!(pattern(&asked, RelationKind::CircularPattern).unwrap().last(), of.last(), "its middle");
+    let at: Vec<Point3> = of.iter().map(|&k| crossing(&asked.segmentation, k)).collect();
+    assert!(at[..6].iter().all(|p| ((p - at[6]).norm() - (at[0] - at[6]).norm()).abs() < 1e-9));
+}

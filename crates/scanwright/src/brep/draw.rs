@@ -18,6 +18,7 @@ use crate::math::{
 };
 use crate::segment::RegionId;
 use crate::surface::{Cone, Sphere, Surface, Torus};
+use crate::tolerance::Tolerances;
 
 /// Widest gap between the angles of a whole turn, radians: the sectors of a coarse scan.
 const FULL_TURN_GAP: f64 = 0.35;
@@ -130,7 +131,7 @@ impl Turned {
     /// Whether the last row is the first.
     fn is_tube(&self) -> bool {
         /// Radians: the ends of a full turn differ by what rounding did to them, those of a part by a spacing.
-        const ROUNDING: f64 = 1e-9;
+        const ROUNDING: f64 = Tolerances::SAME;
         matches!(&self.profile, Profile::Arc(_, _, cuts) if cuts[cuts.len() - 1] - cuts[0] > TAU - ROUNDING)
     }
 

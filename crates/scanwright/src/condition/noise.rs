@@ -11,8 +11,6 @@
 //! registration) bends the quadric with it.
 //! Cost is that of a bounded number of patches, O(vertices) only for the vertex normals. It fails, and reports too
 //! much, when no part of the surface is smooth over two rings.
-//! E. B. Wilson, M. M. Hilferty, "The distribution of chi-square", Proceedings of the National Academy of Sciences
-//! 17 (1931), 684-688, for the quantiles.
 
 use crate::math::{UnitVec3, Vec3, stats};
 use crate::mesh::{Adjacency, Mesh, VertId};
@@ -131,16 +129,10 @@ fn patch(
     Some(Patch { vertex, quadric, freedom: (vertices.len() - N_QUADRIC) as f64, angles })
 }
 
-/// `quantile / freedom` of chi-squared, where `z` is the standard normal quantile of the same level.
-fn chi_squared_ratio(freedom: f64, z: f64) -> f64 {
-    let a = 2.0 / (9.0 * freedom);
-    (1.0 - a + z * a.sqrt()).max(0.0).powi(3)
-}
-
 /// Mean variance of the smooth patches, weighted by their degrees of freedom.
 fn clipped_variance(patches: &[Patch]) -> f64 {
     let mut first: Vec<f64> =
-        patches.iter().map(|p| p.variance() / chi_squared_ratio(p.freedom, SMOOTH_SHARE_Z)).collect();
+        patches.iter().map(|p| p.variance() / stats::chi_squared_ratio(p.freedom, SMOOTH_SHARE_Z)).collect();
     let Some(mut variance) = stats::quantile(&mut first, SMOOTH_SHARE) else { return 0.0 };
     for _ in 0..CLIP_ROUNDS {
         let (mut sum, mut freedom) = (0.0, 0.0);
@@ -157,7 +149,7 @@ fn clipped_variance(patches: &[Patch]) -> f64 {
 }
 
 fn is_smooth(patch: &Patch, variance: f64) -> bool {
-    patch.variance() <= variance * chi_squared_ratio(patch.freedom, CLIP_Z)
+    patch.variance() <= variance * stats::chi_squared_ratio(patch.freedom, CLIP_Z)
 }
 
 /// Per-axis deviation of triangle normals on the smooth patches: area-weighted median angle over that of a Rayleigh
@@ -175,16 +167,4 @@ fn normal_noise(patches: &[Patch], variance: f64) -> f64 {
         }
     }
     0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn chi_squared_quantiles_match_the_tables() {
-        // Abramowitz and Stegun, table 26.8: the 95 % quantile with 10 degrees of freedom is 18.307, the 5 % one 3.940.
-        assert!((10.0 * chi_squared_ratio(10.0, 1.6449) - 18.307).abs() < 0.05);
-        assert!((10.0 * chi_squared_ratio(10.0, -1.6449) - 3.940).abs() < 0.05);
-    }
 }

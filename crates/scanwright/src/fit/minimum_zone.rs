@@ -92,6 +92,8 @@ fn least_largest(rows: &[DVector<f64>], values: &[f64]) -> Option<DVector<f64>> 
     const STEPS: usize = 60;
     /// Complementarity, as a share of the largest value, at which the answer is found.
     const EXACT: f64 = 1e-12;
+    /// Share of the trace, a hundred roundings, that keeps unknowns which nothing shows from making the system singular.
+    const UNSHOWN: f64 = 1e-14;
     let n = rows.first()?.len() + 1;
     let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     if size == 0.0 {
@@ -121,7 +123,9 @@ fn least_largest(rows: &[DVector<f64>], values: &[f64]) -> Option<DVector<f64>> 
         let weights = dual.component_div(&slack);
         let mut system = matrix.transpose() * DMatrix::from_fn(m, n, |i, j| weights[i] * matrix[(i, j)]);
         let trace = system.trace();
-        (0..n).for_each(|i| system[(i, i)] += 1e-14 * trace);
+        for i in 0..n {
+            system[(i, i)] += UNSHOWN * trace;
+        }
         let factors = system.cholesky()?;
         let solve = |center: &DVector<f64>| {
             // center: what slack times dual shall become, less what it is.

@@ -23,3 +23,23 @@ pub fn sigma_about_zero(residuals: &[f64]) -> Option<f64> {
     let mut magnitudes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
     median(&mut magnitudes).map(|m| m * MAD_TO_SIGMA)
 }
+
+/// `quantile / freedom` of chi-squared with so many degrees of freedom, where `z` is the standard normal quantile of the
+/// same level: E. B. Wilson, M. M. Hilferty, "The distribution of chi-square", Proceedings of the National Academy of
+/// Sciences 17 (1931), 684-688.
+pub fn chi_squared_ratio(freedom: f64, z: f64) -> f64 {
+    let a = 2.0 / (9.0 * freedom);
+    (1.0 - a + z * a.sqrt()).max(0.0).powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chi_squared_quantiles_match_the_tables() {
+        // Abramowitz and Stegun, table 26.8: the 95 % quantile with 10 degrees of freedom is 18.307, the 5 % one 3.940.
+        assert!((10.0 * chi_squared_ratio(10.0, 1.6449) - 18.307).abs() < 0.05);
+        assert!((10.0 * chi_squared_ratio(10.0, -1.6449) - 3.940).abs() < 0.05);
+    }
+}

@@ -36,7 +36,7 @@ pub(super) struct Voices {
     positions: Vec<Option<Position>>,
     /// Whether its sizes may be those of others.
     sizes: Vec<bool>,
-    /// Whether axes may be arranged.
+    /// Whether axes may be arranged and made to meet.
     arranges: bool,
     /// Who refused what, in order.
     pub refused: Vec<(usize, Refusal)>,

@@ -7,7 +7,7 @@
 //! How many things of this part join a group is its own prior, by expectation and maximization (A. Dempster, N. Laird,
 //! D. Rubin, Journal of the Royal Statistical Society B 39 (1977), 1-38) from a start of one half.
 
-use super::{MAX_ACCIDENT, MAX_SIGMAS};
+use super::{MAX_ACCIDENT, max_chi_squared};
 
 /// Things that mean the same.
 pub(super) trait Group: Sized {
@@ -78,7 +78,8 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
     let mut best: Option<(f64, usize, &G::Agreement)> = None;
     let mut sum = 1.0 - prior;
     for (g, agreement) in agreements.iter().enumerate() {
-        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_z_sq(a.dimensions())) else {
+        let Some(agreement) = agreement.as_ref().filter(|a| a.z_sq() < max_chi_squared(a.dimensions()))
+        else {
             continue;
         };
         let weight = prior * groups[g].n_members() as f64 / n_before * agreement.odds();
@@ -92,20 +93,6 @@ fn home<G: Group>(groups: &[G], thing: &G::Thing, prior: f64) -> (Option<(usize,
         .filter(|(weight, _, _)| sum - weight < MAX_ACCIDENT * sum)
         .and_then(|(_, g, agreement)| groups[g].with(thing, agreement).map(|joint| (g, joint)));
     (joint, probability)
-}
-
-/// Square of the deviation of one coordinate, two or four that is exceeded as rarely as [`MAX_SIGMAS`] is by one.
-fn max_z_sq(dimensions: usize) -> f64 {
-    // P(|z| > 2.5) = 0.0124 = p. Chi squared of two degrees of freedom exceeds x with probability exp(-x / 2), of four with
-    // exp(-x / 2) (1 + x / 2).
-    const RARE: f64 = 0.0124;
-    const OF_FOUR: f64 = 12.79;
-    const { assert!(MAX_SIGMAS == 2.5, "RARE and OF_FOUR belong to 2.5 sigmas") };
-    match dimensions {
-        1 => MAX_SIGMAS * MAX_SIGMAS,
-        2 => -2.0 * RARE.ln(),
-        _ => OF_FOUR,
-    }
 }
 
 /// The groups that a user asks for: one per set of `sets`, and one per thing in none of them. `name`: what sets call it.

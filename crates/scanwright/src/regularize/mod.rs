@@ -33,6 +33,7 @@ mod sizes;
 pub use relation::{Listed, Manufacture, Relation, RelationKind, Relations};
 
 use crate::fit::Noise;
+use crate::math::stats;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::segment::Segmentation;
@@ -45,6 +46,20 @@ use found::{Found, Part, Voices};
 
 /// Standard deviations within which a relation is not contradicted: 1.2 % of true ones are lost.
 const MAX_SIGMAS: f64 = 2.5;
+
+/// Chi squared of so many degrees of freedom that is exceeded as rarely as [`MAX_SIGMAS`] is by one deviation.
+fn max_chi_squared(freedom: usize) -> f64 {
+    /// P(|z| > 2.5), and the standard deviations that a normal number exceeds on one side with that probability.
+    const RARE: f64 = 0.0124;
+    const ONE_SIDED: f64 = 2.244;
+    const { assert!(MAX_SIGMAS == 2.5, "RARE and ONE_SIDED belong to 2.5 sigmas") };
+    match freedom {
+        1 => MAX_SIGMAS * MAX_SIGMAS,
+        2 => -2.0 * RARE.ln(),
+        n => n as f64 * stats::chi_squared_ratio(n as f64, ONE_SIDED),
+    }
+}
+
 /// Largest probability that an accepted relation is an accident.
 const MAX_ACCIDENT: f64 = 0.05;
 /// Share of a pair's variance below which the relations accepted so far decide it.

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x2, Rotation2, Vector2};
 use super::directions::Direction;
 use super::lines::{Line, PlacedLine};
 use super::relation::{Manufacture, RelationKind};
-use super::{MAX_ACCIDENT, MAX_SIGMAS, PINNED};
+use super::{MAX_ACCIDENT, MAX_SIGMAS, PINNED, max_chi_squared};
 use crate::recognize::Primitive;
 use crate::surface::Surface;
 
@@ -69,7 +69,7 @@ pub(super) fn arranged(
         }
         let found = match asked {
             None => found(&spots, lines, primitives),
-            Some(asked) => asked.iter().filter_map(|(kind, of)| forced(*kind, of, &spots, lines)).collect(),
+            Some(asked) => forced(asked, &mut spots, lines),
         };
         for (arrangement, fitted) in found {
             let kind = arrangement.kind();
@@ -172,6 +172,24 @@ impl Arrangement {
 
     fn rectangle(spots: &[Spot]) -> Self {
         Self::Rectangle(around(spots, &mean(spots)))
+    }
+
+    /// That of a kind; the last of a circle is its middle when it is nearer to that than to the rim, as in the list of what
+    /// was found.
+    fn of_kind(kind: RelationKind, spots: &[Spot]) -> Option<Self> {
+        let (last, others) = spots.split_last().filter(|_| spots.len() >= MIN_LINES)?;
+        match kind {
+            RelationKind::CircularPattern => {
+                let center = mean(others);
+                let radius =
+                    others.iter().map(|spot| (spot.at - center).norm()).sum::<f64>() / others.len() as f64;
+                let is_middle = others.len() >= MIN_LINES && (last.at - center).norm() < 0.5 * radius;
+                Some(if is_middle { Self::circle(others, Some(*last)) } else { Self::circle(spots, None) })
+            }
+            RelationKind::EqualSpacing => Some(Self::row(spots)),
+            RelationKind::RectangularPattern if spots.len() == 4 => Some(Self::rectangle(spots)),
+            _ => None,
+        }
     }
 
     /// Parameters to start from: for all but rectangles any will do.
@@ -309,21 +327,30 @@ fn found(spots: &[Spot], lines: &[Line], primitives: &[Primitive]) -> Vec<(Arran
     patterns
 }
 
-/// The arrangement that a user asks for, when all its primitives are on lines of this direction.
-fn forced(kind: RelationKind, of: &[usize], spots: &[Spot], lines: &[Line]) -> Option<(Arrangement, Fitted)> {
-    let home = |k: &usize| spots.iter().find(|spot| lines[spot.line].members.contains(k)).copied();
-    let own: Vec<Spot> = of.iter().map(home).collect::<Option<_>>()?;
-    if own.len() < MIN_LINES {
-        return None;
+/// The arrangements that a user asks for whose primitives are all on lines of this direction, one after the other: what one
+/// has put in its place the next leaves there.
+fn forced(
+    asked: &[(RelationKind, Vec<usize>)],
+    spots: &mut [Spot],
+    lines: &[Line],
+) -> Vec<(Arrangement, Fitted)> {
+    let mut patterns = Vec::new();
+    for (kind, of) in asked {
+        let home = |k: &usize| spots.iter().find(|spot| lines[spot.line].members.contains(k)).copied();
+        let own: Option<Vec<Spot>> = of.iter().map(home).collect();
+        let arrangement = own.and_then(|own| Arrangement::of_kind(*kind, &own));
+        let Some((arrangement, fitted)) = arrangement.and_then(|a| a.fitted().map(|fitted| (a, fitted)))
+        else {
+            continue;
+        };
+        for (placed, (at, covariance)) in arrangement.spots().zip(&fitted.places) {
+            for spot in spots.iter_mut().filter(|spot| spot.line == placed.line) {
+                *spot = Spot { at: *at, covariance: covariance * PINNED, ..*spot };
+            }
+        }
+        patterns.push((arrangement, fitted));
     }
-    let arrangement = match kind {
-        RelationKind::CircularPattern => Arrangement::circle(&own, None),
-        RelationKind::EqualSpacing => Arrangement::row(&own),
-        RelationKind::RectangularPattern if own.len() == 4 => Arrangement::rectangle(&own),
-        _ => return None,
-    };
-    let fitted = arrangement.fitted()?;
-    Some((arrangement, fitted))
+    patterns
 }
 
 /// Spots whose lines carry cylinders of one radius, all bores or all bosses: at least three each.
@@ -402,14 +429,4 @@ fn deviation(moved: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
     }
     let along = moved / size;
     size / along.dot(&(covariance * along)).sqrt()
-}
-
-/// Chi squared that is exceeded as rarely as [`MAX_SIGMAS`] is: E. Wilson, M. Hilferty, "The distribution of chi-square",
-/// Proceedings of the National Academy of Sciences 17 (1931), 684-688.
-fn max_chi_squared(degrees_of_freedom: usize) -> f64 {
-    /// Standard deviations that a normal number exceeds, on one side, with probability 0.0124.
-    const ONE_SIDED: f64 = 2.244;
-    let n = degrees_of_freedom as f64;
-    let spread = 2.0 / (9.0 * n);
-    n * (1.0 - spread + ONE_SIDED * spread.sqrt()).powi(3)
 }

@@ -5,6 +5,7 @@ use super::sweep::{Motion, Sweep};
 use crate::brep::Geometry;
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, try_unit};
 use crate::surface::Surface;
+use crate::tolerance::Tolerances;
 
 /// Directions tried, those with most area first; the rest seldom carry a profile.
 const MOST_DIRECTIONS: usize = 12;
@@ -43,7 +44,7 @@ pub(super) fn sweeps(body: &Body, tolerance: f64) -> Vec<Sweep> {
 
 /// The frame of the part: its first direction upward, the next one across it beside.
 fn own_frame(origin: Point3, z: UnitVec3, directions: &[UnitVec3]) -> Frame {
-    match directions.iter().find(|d| d.dot(&z).abs() < ACROSS) {
+    match directions.iter().find(|d| d.dot(&z).abs() < Tolerances::SAME) {
         Some(x) => Frame { origin, x: *x, y: UnitVec3::new_normalize(z.cross(x)), z },
         None => Frame::from_z(origin, z),
     }
@@ -54,20 +55,17 @@ fn own_frame(origin: Point3, z: UnitVec3, directions: &[UnitVec3]) -> Frame {
 fn turned_to(own: &Frame, origin: Point3, z: UnitVec3) -> Frame {
     let axes = [own.x, own.y, own.z];
     for i in 0..3 {
-        if axes[i].dot(&z).abs() > 1.0 - ACROSS {
+        if axes[i].dot(&z).abs() > 1.0 - Tolerances::SAME {
             let (z, x, y) = (axes[i], axes[(i + 1) % 3], axes[(i + 2) % 3]);
             return Frame { origin, x, y, z };
         }
     }
-    let across = axes.iter().find(|a| a.dot(&z).abs() < ACROSS).copied();
+    let across = axes.iter().find(|a| a.dot(&z).abs() < Tolerances::SAME).copied();
     match across.or_else(|| try_unit(z.cross(&own.z))) {
         Some(x) => Frame { origin, x, y: UnitVec3::new_normalize(z.cross(&x)), z },
         None => Frame::from_z(origin, z),
     }
 }
-
-/// Rounding of directions that were made perpendicular.
-const ACROSS: f64 = 1e-9;
 
 /// Radians below which two directions are one however long the part: form deviations are larger.
 const MIN_ANGLE: f64 = 0.005;

@@ -11,6 +11,7 @@ use super::trace::{Level, Trace, Traces};
 use crate::math::Point3;
 use crate::par;
 use crate::random::Rng;
+use crate::tolerance::Tolerances;
 
 /// Curves of one grid, the largest faces first: cells grow with their square.
 const MOST_CURVES: usize = 48;
@@ -213,14 +214,12 @@ impl Grid {
 
     /// The level at a place of the motion.
     pub(super) fn level_at(&self, at: f64) -> Option<&Level> {
-        /// Rounding of a whole turn.
-        const ROUNDING: f64 = 1e-9;
         let tau = std::f64::consts::TAU;
         let is_at = |level: &&Level| match self.sweep.motion {
             Motion::Along => level.at == at,
             Motion::Around => {
                 let off = (level.at - at).rem_euclid(tau);
-                off.min(tau - off) < ROUNDING
+                off.min(tau - off) < Tolerances::SAME
             }
         };
         self.levels.iter().find(is_at)

@@ -7,6 +7,8 @@ use super::feature::{Feature, Ring, Segment, Sign};
 use super::grid::Grid;
 use super::sweep::{Motion, Point2};
 
+use crate::tolerance::Tolerances;
+
 /// The features that chosen blocks stand for, in order of slabs: connected cells of a slab, and the slabs in which they
 /// are the same.
 pub(super) fn features(grid: &Grid, is_in: &[bool], sign: Sign) -> Vec<Feature> {
@@ -97,7 +99,8 @@ fn feature(grid: &Grid, cells: &BTreeSet<usize>, slabs: (usize, usize), sign: Si
     if slabs.1 >= n_slabs {
         to += tau;
     }
-    let is_whole = grid.is_whole || (grid.sweep.motion == Motion::Around && to - from >= tau - 1e-9);
+    let is_whole =
+        grid.is_whole || (grid.sweep.motion == Motion::Around && to - from >= tau - Tolerances::SAME);
     let mut feature = Feature::new(sign, grid.sweep, rings, (from, to), is_whole);
     if !is_whole {
         let total: f64 = cells.iter().map(|c| grid.plane.cells[*c].area).sum();

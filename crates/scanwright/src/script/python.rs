@@ -10,6 +10,7 @@ use super::parameters::{Parameters, Quantity};
 use super::sweep::{Motion, Point2};
 use crate::math::{Frame, UnitVec3};
 use crate::recognize::Primitive;
+use crate::tolerance::Tolerances;
 
 /// The text of one solid's parameters and features.
 #[derive(Debug, Clone)]
@@ -155,7 +156,7 @@ impl Writer<'_> {
         let offset = frame.origin - self.main.origin;
         let shift = [frame.x, frame.y, frame.z].map(|axis| offset.dot(&axis));
         let is_about_main = feature.sweep.motion == Motion::Around
-            && frame.z.dot(&self.main.z).abs() > 1.0 - 1e-9
+            && frame.z.dot(&self.main.z).abs() > 1.0 - Tolerances::SAME
             && shift[0].hypot(shift[1]) <= self.tolerance;
         let word = if is_first {
             "body"
@@ -255,7 +256,9 @@ impl Writer<'_> {
         }
         let start = feature.range.0.to_degrees();
         let turn = (feature.range.1 - feature.range.0).to_degrees();
-        let start = if start.abs() < 1e-6 { String::new() } else { format!("Rot(0, 0, {start:.6}) * ") };
+        /// Degrees that are written as none.
+        const WRITTEN: f64 = 1e-6;
+        let start = if start.abs() < WRITTEN { String::new() } else { format!("Rot(0, 0, {start:.6}) * ") };
         let plane = if plane.is_empty() && !start.is_empty() { "Plane.XY * ".to_owned() } else { plane };
         format!("{plane}{start}revolve(Plane.XZ * {sketch}, Axis.Z, {turn:.6})")
     }
@@ -491,7 +494,5 @@ fn describe(feature: &Feature, is_hole: bool, tolerance: f64) -> &'static str {
 
 /// A direction's component, exact where it is one of an axis.
 fn snapped(c: f64) -> f64 {
-    /// Rounding of directions that were made perpendicular.
-    const ROUNDING: f64 = 1e-9;
-    if (c - c.round()).abs() < ROUNDING { c.round() + 0.0 } else { c }
+    if (c - c.round()).abs() < Tolerances::SAME { c.round() + 0.0 } else { c }
 }

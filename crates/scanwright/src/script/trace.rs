@@ -304,7 +304,9 @@ fn same_line(curve: &Curve, line: &Curve, tolerance: f64) -> bool {
     else {
         return false;
     };
-    super::curve::cross(d, e).abs() < 1e-6 && super::curve::cross(d, &(q - p)).abs() <= tolerance
+    /// Sine up to which two lines of a profile run alike: over its length they part by no more than a drawing shows.
+    const ALIKE: f64 = 1e-6;
+    super::curve::cross(d, e).abs() < ALIKE && super::curve::cross(d, &(q - p)).abs() <= tolerance
 }
 
 /// A place with the face that lies there and its area, if one does.

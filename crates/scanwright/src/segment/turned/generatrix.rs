@@ -3,12 +3,13 @@
 use nalgebra::Vector2;
 
 use super::profile::in_half_plane;
-use super::{ALONG, turned_line};
+use super::turned_line;
 use crate::fit::Fit;
 use crate::math::{Axis, Frame, UnitVec3, Vec3, fitted_circle, fitted_parabola, longest_extent};
 use crate::recognize::is_ring_or_lemon;
 use crate::segment::field::Field;
 use crate::surface::{Sphere, Surface, SurfaceKind, Torus};
+use crate::tolerance::Tolerances;
 
 /// Samples of a face.
 const N_FIT: usize = 1500;
@@ -58,7 +59,7 @@ impl Generatrix {
         let turned = |normal: Vector2<f64>| {
             let normal = self.frame.x.into_inner() * normal.x + self.frame.z.into_inner() * normal.y;
             let point = self.frame.global(&Vec3::new(self.mean.x, 0.0, self.mean.y));
-            turned_line(&self.axis, &point, &UnitVec3::new_normalize(normal), ALONG)
+            turned_line(&self.axis, &point, &UnitVec3::new_normalize(normal), Tolerances::SAME)
         };
         let nearly = [Vector2::x(), Vector2::y()].into_iter().filter_map(|exact| {
             let cos = self.normal.dot(&exact);

@@ -26,8 +26,6 @@ pub(super) use pieces::unite;
 pub(super) use run::Resolved;
 use run::{N_SECTORS, Run};
 
-/// Radians within which a line made to run along or across the axis does so: rounding alone turns it.
-const ALONG: f64 = 1e-9;
 /// Regions of fewer vertices show no axis that others could turn about.
 const MIN_AXIS_VERTICES: usize = 100;
 

@@ -8,7 +8,7 @@ use super::chain::{Arc, Chain, Element, Line, Misfit, Outline, Piece, Scale};
 use super::generatrix::surface_of_arc;
 use super::profile::{self, Mean};
 use super::search::best_chain;
-use super::{ALONG, level_sectors, turned_line};
+use super::{level_sectors, turned_line};
 use crate::fit::Fit;
 use crate::math::{Axis, Frame, UnitVec3, Vec3, stats};
 use crate::mesh::connected;
@@ -16,6 +16,7 @@ use crate::par;
 use crate::segment::field::{Field, Scratch};
 use crate::segment::finish::Regions;
 use crate::surface::{Surface, SurfaceKind};
+use crate::tolerance::Tolerances;
 
 /// Rings between the middle of the widest narrow face and its border.
 const NARROW_RINGS: usize = 6;
@@ -392,7 +393,12 @@ impl Run {
         let Frame { origin, x, z, .. } = self.frame;
         let point = origin + x.into_inner() * at.x + z.into_inner() * at.y;
         let normal = x.into_inner() * n.x + z.into_inner() * n.y;
-        turned_line(&Axis { origin, direction: z }, &point, &UnitVec3::new_normalize(normal), ALONG)
+        turned_line(
+            &Axis { origin, direction: z },
+            &point,
+            &UnitVec3::new_normalize(normal),
+            Tolerances::SAME,
+        )
     }
 
     /// A narrow arc turned about the axis: no lemon, whose tip lies on it.

@@ -11,6 +11,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 use super::layout::{Layout, Node, Polygon};
 use super::patch::{Patch, Shape, Uv};
 use crate::math::Point3;
+use crate::tolerance::Tolerances;
 
 /// Most points inside one face.
 const MOST_INSIDE: usize = 60_000;
@@ -65,10 +66,11 @@ struct Sheet {
 
 impl Sheet {
     fn scaled(&self, [u, v]: Uv) -> Option<Point2<f64>> {
-        // Numbers that the exact predicates refuse for being too small are none.
-        let clean = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
+        /// Numbers that exact predicates refuse: smaller ones are none, and where one is larger there is no point.
+        const SMALLEST: f64 = 1e-60;
+        let clean = |x: f64| if x.abs() < SMALLEST { 0.0 } else { x };
         let p = Point2::new(clean(u / self.steps[0]), clean(v / self.steps[1]));
-        (p.x.abs().max(p.y.abs()) < 1e60).then_some(p)
+        (p.x.abs().max(p.y.abs()) < 1.0 / SMALLEST).then_some(p)
     }
 
     fn border(&mut self, polygon: &Polygon) -> Option<()> {
@@ -224,7 +226,7 @@ fn grid(layout: &Layout) -> Vec<Uv> {
     }
     // Coarser where there would be too many: a bad surface must not cost the run.
     let coarser = (width * height / MOST_INSIDE as f64).sqrt().max(1.0);
-    let n_rows = ((height / coarser - 1e-9).ceil() as usize).clamp(1, MOST_INSIDE);
+    let n_rows = ((height / coarser - Tolerances::SAME).ceil() as usize).clamp(1, MOST_INSIDE);
     let spacing = coarser;
     let crossings: f64 = sides.iter().map(|[a, b]| 2.0 + (a[1] - b[1]).abs() / coarser).sum();
     if crossings > MOST_CROSSINGS {

@@ -497,9 +497,11 @@ impl Rolled<'_> {
 
 /// Whether two segments meet anywhere but in a common end.
 fn meet([a, b]: [Uv; 2], [p, q]: [Uv; 2]) -> bool {
+    /// Relative difference of parameters up to which two corners are one: they were computed from one point.
+    const ROUNDING: f64 = 1e-12;
     let same = |x: &Uv, y: &Uv| {
         let scale = x.iter().chain(y).fold(0.0_f64, |m, t| m.max(t.abs()));
-        (0..2).all(|i| (x[i] - y[i]).abs() <= 1e-12 * scale)
+        (0..2).all(|i| (x[i] - y[i]).abs() <= ROUNDING * scale)
     };
     if [&p, &q].iter().any(|e| same(e, &a) || same(e, &b)) {
         return false;

@@ -243,7 +243,10 @@ impl Patch {
     /// Gauss and Newton's steps to the nearest point of a spline, held within its range.
     fn descend(&self, surface: &NurbsSurface, start: Uv, p: &Point3) -> Uv {
         const STEPS: usize = 30;
+        /// Of a parameter: a thousand roundings, below which a step is none.
         const ROUNDING: f64 = 1e-13;
+        /// Squared sine of the angle between the two directions below which they are one, a millionth.
+        const SINGULAR: f64 = 1e-12;
         let ranges = [surface.u.range(), surface.v.range()];
         let held = |i: usize, t: f64| match self.periods[i] {
             Some(_) => t,
@@ -257,7 +260,7 @@ impl Patch {
             let (f, g) = (off.dot(&by_u), off.dot(&by_v));
             let det = a * c - b * b;
             // Where the directions are one, as at a pole, each parameter by itself.
-            let singular = det <= 1e-12 * a * c;
+            let singular = det <= SINGULAR * a * c;
             let mut step = if singular {
                 [if a > 0.0 { f / a } else { 0.0 }, if c > 0.0 { g / c } else { 0.0 }]
             } else {

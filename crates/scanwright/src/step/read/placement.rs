@@ -4,6 +4,7 @@ use super::StepReadError;
 use super::part21::Exchange;
 use crate::math::{Axis, Frame, Mat3, Point3, UnitVec3, Vec3, any_perpendicular, try_unit};
 use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
+use crate::tolerance::Tolerances;
 
 /// `p -> linear * p + shift`: a motion, with a uniform scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,10 +138,12 @@ pub(super) fn frame(exchange: &Exchange, id: u64) -> Result<Frame, StepReadError
 
 /// The frame with the third direction `z` and the first one as near to `x` as that leaves.
 fn frame_of(origin: Point3, z: UnitVec3, x: &Vec3) -> Frame {
-    /// Sine below which two directions are one: they are written with twelve digits and more.
-    const ALONG: f64 = 1e-9;
     let across = x - z.into_inner() * z.dot(x);
-    let x = if across.norm() > ALONG { UnitVec3::new_normalize(across) } else { any_perpendicular(&z) };
+    let x = if across.norm() > Tolerances::SAME {
+        UnitVec3::new_normalize(across)
+    } else {
+        any_perpendicular(&z)
+    };
     Frame { origin, x, y: UnitVec3::new_normalize(z.cross(&x)), z }
 }
 

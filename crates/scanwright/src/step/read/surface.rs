@@ -8,11 +8,12 @@ use super::patch::{Patch, Shape, Uv};
 use super::placement::{direction, frame, point, vector};
 use crate::math::{Axis, Frame, Point3, UnitVec3, Vec3, try_unit};
 use crate::surface::{Cone, Cylinder, Plane, Sphere, Surface, Torus};
+use crate::tolerance::Tolerances;
 
 /// Most surfaces that one is trimmed from in turn.
 const LONGEST_CHAIN: usize = 8;
 /// Angle, radians, within which directions of a swept surface are one: they are written with nine digits and more.
-const SAME: f64 = 1e-9;
+const SAME: f64 = Tolerances::SAME;
 
 /// Reads a surface. `radians`: the unit of angles; `border`: points of the face's border, which tell the side of an apex
 /// and the part of a spindle that is meant.
